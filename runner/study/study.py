@@ -17,7 +17,7 @@ from slipmode.runner.study.design import Design, make_design
 from slipmode.runner.study.results import Results, open_results
 from slipmode.runner.study.scene_model import Samples
 from slipmode.runner.study.study_file import Study, load_study
-from slipmode.runner.study.workers.dask_cluster import dask_workers
+from slipmode.runner.study.workers.cluster import dask_workers
 from slipmode.runner.study.workers.foreman import Foreman, make_tasks
 from slipmode.runner.study.workers.processes import processes
 

@@ -140,8 +140,7 @@ class Foreman:
     def _submit(self, task: Task, function: Callable[..., Any], *arguments: Any) -> None:
         """Let a task wait for its results."""
         part = self._design.part(task.samples)
-        future = self._workers.submit(_noted, function, *arguments, part, task.samples)
-        self._waiting[future] = [task]
+        self._waiting[self._workers.submit(_noted, function, *arguments, part)] = [task]
 
     def _collect(self) -> Iterator[tuple[NDArray[np.intp], Batch]]:
         """Yield the next results, if there are any; submit tasks whose tables are there."""
@@ -168,7 +167,7 @@ class Foreman:
                     batch.reason[:] = [one_line(error)] * count
                     yield task.samples, batch
                 elif future is self._tables.get((task.group, task.step)):
-                    self._submit(task, _compute, *future.result())
+                    self._submit(task, _compute, *future.result(), task.samples)
                 else:
                     yield self._finish(task, future.result())
 
@@ -212,13 +211,13 @@ def _table(
     return shared, _noted(SceneModel.model, shared, step)
 
 
-def _compute_mistuned(samples: Samples, design: Design, _: object) -> tuple[Batch, bool]:
+def _compute_mistuned(samples: Samples, design: Design) -> tuple[Batch, bool]:
     """Return the results of samples, which have no tables."""
     return compute_mistuned(samples, design), False
 
 
 def _compute(
-    shared: SceneModel, model: Model, design: Design, numbers: NDArray[np.intp]
+    shared: SceneModel, model: Model, numbers: NDArray[np.intp], design: Design
 ) -> tuple[Batch, bool]:
     """Return the results of samples, and whether there are larger tables."""
     with np.errstate(all="ignore"):
