@@ -1,4 +1,4 @@
-"""Small recordings that unpack to gigabytes: no reader allocates more than the stated limit."""
+"""Memory of writers of long recordings, and of readers of small ones that unpack to gigabytes."""
 
 import subprocess
 import sys
@@ -16,6 +16,19 @@ SCRIPT = Path(__file__).parents[2] / "support" / "damage" / "reader_memory.py"
 BOMBS = bombs(CHANNELS[0].encode(np.ones((1, 6)))[0].tobytes())
 # Measured: 204 MiB at most, by 48 MiB of the shortest messages in `recover`.
 LIMIT = 256  # [MiB]
+LONG = """
+import resource, sys
+from slipmode.runner import load_scene, parse_scene, run
+
+end = 30_000.0
+text = load_scene("one-mode").text
+text = text[: text.index("[[contact]]")].replace("duration = ", "duration = 30000.0 # ")
+text += f"[[contact]]\\nwindow = [0.0, {end}]\\nsamples_per_period = 256\\n"
+run("one-mode", sys.argv[1])  # what a run takes anyway
+before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+recording = run(parse_scene(text, "."), sys.argv[1])
+print(recording.samples, (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) / 1024)
+"""
 
 
 def written(folder, name, units=True):
@@ -69,3 +82,13 @@ def test_more_samples_than_memory_are_refused_with_what_to_do(tmp_path, monkeypa
     monkeypatch.setenv("SLIPMODE_MEMORY_MIB", "64")
     with pytest.warns(DamagedRecordingWarning):
         assert load(path)["/modes"].time.size > 100_000
+
+
+@pytest.mark.slow
+def test_a_million_contact_samples_in_bounded_memory(tmp_path):
+    done = subprocess.run(
+        [sys.executable, "-c", LONG, tmp_path], capture_output=True, text=True, check=True
+    )
+    samples, mebibytes = map(float, done.stdout.split()[-2:])
+    assert samples > 1e6
+    assert mebibytes < 200.0  # two contacts with three doubles a sample would be 70 MiB
