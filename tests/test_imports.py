@@ -88,7 +88,7 @@ def test_no_extra_is_needed_to_run_export_and_look(tmp_path):
             ("fmu", "one-mode", "--platforms", "x86_64-windows"): ("ziglang", "platforms"),
             ("explore", "one-mode", "-o", "OUT"): ("ziglang", "explore"),
         },
-        {("study", DAMPER, "-o", "OUT"): ("zarr", "study")},
+        pytest.param({("study", DAMPER, "-o", "OUT"): ("zarr", "study")}, marks=pytest.mark.slow),
         {("study", DAMPER, "-o", "OUT", "--scheduler", "tcp://a:1"): ("distributed", "dask")},
     ],
     ids=["runs", "exports", "studies", "clusters"],
