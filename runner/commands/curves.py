@@ -70,10 +70,12 @@ def _curve(options: Namespace) -> int:
     curve = scene_response_curve(scene, options.vary, span, progress=True)
     shown = _shown(options, scene, curve)
     name, along, points = _points(curve, shown)
-    peaks = []
+    what, unit = name[:-1].split(" [")
+    peaks: list[str] = []
     for mode, size in points.items():
         top = int(size.argmax())
-        where = f" at {name} = {along[top]:.4g}" if 0 < top < size.size - 1 else ""
+        place = f"{along[top]:.4g} {unit}" if unit != "-" else f"{what} = {along[top]:.4g}"
+        where = f" at {place}" if 0 < top < size.size - 1 else ""
         peaks.append(f"|{mode}| up to {size.max():.3g} {shown.units.displacement}{where}")
     files = _write(options, "curve", curve, scene, f"DOF {shown.dof}: {'; '.join(peaks)}")
 
