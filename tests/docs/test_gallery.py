@@ -31,7 +31,7 @@ def test_all_of_them_are_held():
     assert len(NUMBERS) >= 10
 
 
-SLOW = ("backbone", "mistuning", "response_curve")
+SLOW = ("backbone", "blade_flutter", "lift_off", "mistuning", "response_curve")
 
 
 @pytest.mark.parametrize(

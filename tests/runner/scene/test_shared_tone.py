@@ -74,6 +74,7 @@ def test_the_shipped_plate_keeps_its_numbers(shipped_scene):
 
 
 @pytest.mark.oracle
+@pytest.mark.slow
 def test_the_curve_of_a_plate_is_the_independent_steady_motion():
     """At the peaks of both modes and between them, within the stated error."""
     span = np.array([273.0, 278.0]) * HERTZ
