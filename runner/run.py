@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from os import PathLike
@@ -250,12 +249,8 @@ def _channels(plan: AnyPlan) -> list[channels.Channel]:
     if isinstance(plan, MistunedPlan):
         return plan.channels
     scene = plan.scene
-    if isinstance(plan, SharedTonePlan):
-        modes: Sequence[str] = plan.model.reduced.mode_names
-    else:
-        modes = plan.excited.modes
     reduced, tones = plan.excited.contacts[0], plan.excited.modes
-    listed = [channels.modes(modes), channels.forcing(tones), channels.energy()]
+    listed = [channels.modes(plan.excited.mode_names), channels.forcing(tones), channels.energy()]
     if scene.contact:
         listed += contact_channels(reduced)
         if reduced.contacts is not None:

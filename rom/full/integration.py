@@ -139,7 +139,8 @@ class Integrator:
         self._elastic: kernel.Structure | None = None
         self._memory_size, self._substeps = 0, 1
         if isinstance(law, Elastic):
-            self._elastic = law.elements(structure.n_contacts).kernel()
+            self._elements = law.elements(structure.n_contacts)
+            self._elastic = self._elements.kernel()
             self._memory_size = int(kernel.lib.sm_elastic_memory(self._elastic))
             self._substeps = 4  # of one stage each, per step
         else:
@@ -234,9 +235,8 @@ class Integrator:
             force = self._friction(start, v_c)
         else:
             if start.contact_memory is not None:
-                given = _state_vector("contact_memory", start.contact_memory, memory.size)
-                memory = given.copy()
-            force = self._elastic_force(x_c, memory)
+                memory = _state_vector("contact_memory", start.contact_memory, memory.size)
+            (force,), memory = self._elements.march(x_c[np.newaxis], memory)
         to_modal = self._coordinates.to_modal
         return np.concatenate([to_modal @ x, to_modal @ v, x_c, v_c, force, [0.0], memory])
 
@@ -247,20 +247,6 @@ class Integrator:
         assert not isinstance(self._law, Elastic)
         alpha = self._law.alpha
         return limits(self._law, v_c.size) * (np.tanh(v_c / alpha) if alpha > 0 else np.sign(v_c))
-
-    def _elastic_force(self, x_c: Floats, memory: Floats) -> Floats:
-        """Return the force of elastic contacts at displacements x_c."""
-        assert self._elastic is not None
-        x_c, force = kernel.contiguous(x_c), np.empty(x_c.size)
-        status = kernel.lib.sm_elastic_force(
-            self._elastic,
-            x_c.size,
-            x_c,
-            memory,
-            force,
-        )
-        kernel.check(status, "forces on the contacts")
-        return force
 
     def _unpack(self, time: float, state: Floats) -> State:
         n, contacts = self._structure.n_modes, self._structure.n_contacts

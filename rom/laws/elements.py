@@ -58,13 +58,14 @@ class Elements:
         k = self.reference
         return np.diag(np.divide(1.0, k, out=np.zeros_like(k), where=k > 0.0))
 
-    def march(self, displacement: Floats) -> tuple[Floats, Floats]:
-        """Return the forces along displacements (n, N_c) from rest, and the memory at their end.
+    def march(self, displacement: Floats, memory: Floats | None = None) -> tuple[Floats, Floats]:
+        """Return the forces along displacements (n, N_c), and the memory at their end.
 
-        The memory is the internal forces of the elements [N].
+        The memory is the internal forces of the elements [N]. They begin at rest by default.
         """
         law, contacts = ctypes.byref(self.kernel()), displacement.shape[1]
-        memory = np.zeros(int(kernel.lib.sm_elastic_memory(law)))
+        rest = np.zeros(int(kernel.lib.sm_elastic_memory(law)))
+        memory = rest if memory is None else memory.copy()
         force = np.empty(displacement.shape)
         for x, f in zip(kernel.contiguous(displacement), force, strict=True):
             status = kernel.lib.sm_elastic_force(law, contacts, x, memory, f)

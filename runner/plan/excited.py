@@ -46,6 +46,11 @@ class Excited:
     waves: Waves | None = None
 
     @property
+    def mode_names(self) -> Sequence[str]:
+        """Names of the amplitudes: A and B, or A, A2, ..., B, B2, ... if modes share a tone."""
+        return self.reduced.mode_names if self.reduced.shares_tone else self.modes
+
+    @property
     def contacts(self) -> tuple[Reduced, Friction]:
         """Contacts and their law, which say where contacts slip: of waves those of a sector."""
         if self.waves is None:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from slipmode.rom import Reduced
@@ -23,11 +21,10 @@ def displacement_shapes(reduced: Reduced) -> Floats:
 
 def moved_by(plan: Plan | SharedTonePlan) -> dict[str, Moved]:
     """Return the DOF that each mode moves most, by mode; views show its displacement."""
-    reduced = plan.excited.reduced
-    names: Sequence[str] = reduced.mode_names
+    reduced, names = plan.excited.reduced, plan.excited.mode_names
     largest = np.zeros(len(names))
     if isinstance(plan, Plan):
-        names, largest = plan.excited.modes, np.array(plan.amplitude or largest)
+        largest = np.array(plan.amplitude or largest)
     contacts = np.zeros((1, len(names)))
     if reduced.structure is not None:
         contacts = np.abs(np.asarray(reduced.structure.directions.T @ reduced.mode_shapes))

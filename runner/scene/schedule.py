@@ -21,6 +21,9 @@ from slipmode.runner.scene.keys import Window
 from slipmode.runner.scene.script import Script
 from slipmode.runner.scene.sections import Scene
 
+# Of a step: closer points are one. Multiples are rounded by 1e-16 of the time, in up to 1e7 steps.
+_SAME = 1e-9
+
 
 class _Stretches(NamedTuple):
     """Stretches in which all scripts are straight lines, (stretches + 1,) each."""
@@ -63,6 +66,14 @@ class Schedule:
         inside = number - self._stretches.number[stretch]
         regular = self.step * (self._stretches.regular[stretch] + inside - 1)
         return np.where(inside == 0, self._stretches.start[stretch], regular)
+
+    def numbers(self, times: Floats) -> NDArray[np.int64]:
+        """Return the numbers of the communication points at times [s]; between two, the later."""
+        starts, number, regular = self._stretches
+        stretch = np.searchsorted(starts, times + _SAME * self.step, side="right") - 1
+        at_start = times - starts[stretch] <= _SAME * self.step
+        inside = self._next_multiple(times, after=False) - regular[stretch] + 1
+        return np.asarray(number[stretch] + np.where(at_start, 0, inside))
 
     def durations(self, steps: slice = slice(None)) -> Floats:
         """Return the lengths of steps [s], (steps,)."""
@@ -158,9 +169,7 @@ class Schedule:
         """Return the least k for which k steps lie after each time, or not before it."""
         k = np.floor(time / self.step).astype(np.int64)[:, np.newaxis] + np.arange(-1, 3)
         distance = self.step * k - time[:, np.newaxis]
-        # closer points are one: multiples are rounded by 1e-16 of the time, in up to 1e7 steps
-        least = 1e-9 * self.step
-        earlier = distance <= least if after else -distance > least
+        earlier = distance <= _SAME * self.step if after else -distance > _SAME * self.step
         return np.asarray(k[:, 0] + earlier.sum(axis=1))
 
 

@@ -29,7 +29,6 @@ from slipmode.runner.transients.motion import (
 )
 
 SAMPLES_PER_BATCH = 16384
-SAME = 2e-9  # Of a step: communication points of a schedule that are closer are one point
 
 # Fast motion at times, the factor on limits and preloads, and the phases of the carriers.
 MotionAt = Callable[[Floats], tuple[FastMotion, Floats | float, Floats]]
@@ -134,13 +133,9 @@ class Pass(ABC, Generic[AnyPlan]):
         """Return rows at points of the plan's schedule, out of those from number `first` on."""
         if self._schedule is self._plan.schedule:
             return rows
-        times, same = (
-            self._schedule.time(slice(first, first + len(rows))),
-            SAME * self._schedule.step,
-        )
-        wanted = self._plan.schedule.time(slice(self._recorded, self._recorded + len(rows)))
-        at = np.searchsorted(times, wanted[wanted <= times[-1] + same] - same)
-        return np.asarray(rows[at])
+        times = self._plan.schedule.time(slice(self._recorded, self._recorded + len(rows)))
+        at = self._schedule.numbers(times) - first
+        return np.asarray(rows[at[at < len(rows)]])
 
     def _kept(self) -> tuple[int, Floats]:
         """Return the number of the first point that is kept, and the rows from there on."""

@@ -12,11 +12,10 @@ from slipmode.runner.plan.mistuned import MistunedPlan
 from slipmode.runner.recording import channels
 from slipmode.runner.scene.keys import Window
 from slipmode.runner.transients.disk_motion import SAMPLES
-from slipmode.runner.transients.motion import force_along
 from slipmode.runner.transients.passes.loop import Recording
 from slipmode.runner.transients.passes.tones import SampledPass
 
-_INPUTS = ("frequency_A", "force_A", "phase_A")
+_INPUTS = ("force_A", "frequency_A", "phase_A")
 
 
 class MistunedComponent:
@@ -61,10 +60,10 @@ class MistunedComponent:
     @property
     def _inputs(self) -> list[float]:
         flow = self._flow
-        return [flow.frequency, flow.magnitude, flow.phase]
+        return [flow.magnitude, flow.frequency, flow.phase]
 
     def _go(self, duration: float, inputs: list[float]) -> None:
-        frequency, magnitude, phase = inputs
+        magnitude, frequency, phase = inputs
         self._flow.step(duration, frequency=frequency, magnitude=magnitude, phase=phase)
 
     def _row(self) -> Floats:
@@ -86,20 +85,20 @@ class MistunedPass(SampledPass[MistunedPlan]):
     def _record(self, rows: Floats) -> None:
         schedule, first = self._plan.schedule, self._recorded
         points = slice(first, first + len(rows))
-        time, names = schedule.time(points), ("force_A", "frequency_A", "phase_A")
+        time = schedule.time(points)
         self._recorder.write(channels.BLADES, time, rows[:, : self._plan.disk.structure.sectors])
-        self._recorder.write("/forcing", time, schedule.at_points(names, points))
+        self._recorder.write("/forcing", time, schedule.at_points(_INPUTS, points))
 
     def _record_window(self, window: Window) -> None:
         """Record one DOF, and the state of the first contact, of every sector."""
         disk, times = self._plan.disk.structure, self._times(window)
-        points, kept = self._sampled()
-        at = self._numbers(points, times)
+        first, kept = self._kept()
+        at = self._schedule.numbers(times) - first
         own = self._plan.disk.law.elements(disk.n_contacts)
         columns = np.arange(disk.sectors * disk.n_contacts).reshape(disk.sectors, -1)
         elements = joined([(own, each.tolist()) for each in columns], columns.size)
         _, moved, x = np.split(kept, [disk.sectors, 2 * disk.sectors], axis=1)
-        force = force_along(elements, points, x)
+        force = self._forces(elements, x, first)
         states = contact_states(elements, x[at], force[at]).state[:, :: len(own.element)]
         rows = np.hstack((moved[at], states))
         self._recorder.write(channels.DISK, times, rows)

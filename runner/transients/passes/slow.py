@@ -91,8 +91,9 @@ class SlowPass(Pass[Plan]):
             amplitude = self._columns.amplitudes(starts[number - first :: every])
             self._friction.add(amplitude, in_slow_time, number, every)
         every = self._estimate_every
-        amplitude, angle = self._columns.amplitudes(starts), starts[:, self._columns.angle]
-        error = self._error.at(amplitude[::every], angle[::every], first, every)
+        some = starts[::every]
+        amplitude, angle = self._columns.amplitudes(some), some[:, self._columns.angle]
+        error = self._error.at(amplitude, angle, first, every)
         time = self._schedule.time(slice(first, last + 1))
         time = np.append(time[:-1:every], time[-1])
         error[full_order_number(self._component, time[:-1]) % 2 == 1] = 0.0

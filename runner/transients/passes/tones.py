@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Floats
+from slipmode.rom.laws.elements import Elements
 from slipmode.runner.plan.shared_tone import SharedTonePlan
 from slipmode.runner.scene.keys import Window
 from slipmode.runner.transients.energy import ToneBalance
@@ -18,7 +18,7 @@ from slipmode.runner.transients.motion import (
     force_along,
     record_amplitudes,
 )
-from slipmode.runner.transients.passes.loop import SAME, AnyPlan, Pass, Recording
+from slipmode.runner.transients.passes.loop import AnyPlan, Pass, Recording
 
 
 class SampledPass(Pass[AnyPlan]):
@@ -45,14 +45,10 @@ class SampledPass(Pass[AnyPlan]):
         before = replace(window, window=(max(times[0] - self._spin_up, 0.0), times[0]))
         return np.append(self._plan.schedule.sample_times(before), times)
 
-    def _sampled(self) -> tuple[Floats, Floats]:
-        """Return the times of the points that are kept, and their rows."""
-        first, rows = self._kept()
-        return self._schedule.time(slice(first, first + len(rows))), rows
-
-    def _numbers(self, points: Floats, times: Floats) -> NDArray[np.intp]:
-        """Return which points have these times."""
-        return np.searchsorted(points, times - SAME * self._plan.scene.run.step)
+    def _forces(self, elements: Elements, displacement: Floats, first: int) -> Floats:
+        """Return forces of contacts (points, N_c) from their motion from point `first` on."""
+        times = self._schedule.time(slice(first, first + len(displacement)))
+        return force_along(elements, times, displacement)
 
 
 class SharedTonePass(SampledPass[SharedTonePlan]):
@@ -60,8 +56,8 @@ class SharedTonePass(SampledPass[SharedTonePlan]):
 
     def __init__(self, plan: SharedTonePlan, recording: Recording) -> None:
         super().__init__(plan, recording, plan.component())
-        names, modes = self._component.output_names, plan.model.reduced.mode_names
-        self._columns = OutputColumns.of(names, modes, plan.excited.modes)
+        names, excited = self._component.output_names, plan.excited
+        self._columns = OutputColumns.of(names, excited.mode_names, excited.modes)
         self._balance = ToneBalance(plan.model.reduced)
 
     def _record(self, rows: Floats) -> None:
@@ -74,7 +70,7 @@ class SharedTonePass(SampledPass[SharedTonePlan]):
         self._recorder.write("/energy", time, energy)
 
     def _record_window(self, window: Window) -> None:
-        reduced, (points, rows) = self._plan.model.reduced, self._sampled()
+        reduced, (first, rows) = self._plan.model.reduced, self._kept()
         assert reduced.contacts is not None
         names, dofs = self._component.output_names, self._plan.scene.output.elastic
         contacts = range(reduced.n_contacts)
@@ -83,11 +79,11 @@ class SharedTonePass(SampledPass[SharedTonePlan]):
         angle = rows[:, self._columns.angle]
         carrier = np.exp(1j * angle)[:, reduced.tone_numbers]
         modal = 2.0 * (self._columns.amplitudes(rows) * carrier).real
-        force = force_along(reduced.contacts, points, rows[:, x])
+        force = self._forces(reduced.contacts, rows[:, x], first)
         columns = rows[:, x], rows[:, v], force, modal, rows[:, elastic]
 
         def motion_at(times: Floats) -> tuple[FastMotion, float, Floats]:
-            at = self._numbers(points, times)
+            at = self._schedule.numbers(times) - first
             return FastMotion(times, *(each[at] for each in columns)), 1.0, angle[at]
 
         self._record_motion(window, reduced, motion_at)
