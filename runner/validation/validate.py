@@ -207,7 +207,8 @@ def _validate_blades(scene: Scene, output: str | PathLike[str], *, progress: boo
 def _planned(scene: Scene, *, progress: bool) -> WholePlan:
     """Return the plan of a scene whose structure can be integrated in full."""
     if scene.modes.tones:
-        rotates = next((name for name, each in scene.forcing.items() if each.quadrature), None)
+        forced = scene.forcing.items()
+        rotates = next((name for name, each in forced if each.quadrature is not None), None)
         if rotates and len(scene.forcing) == 2:
             raise SlipmodeError(
                 f"forcing.{rotates}.quadrature: must be left out, because the reference has one "

@@ -32,10 +32,7 @@ def test_the_motion_of_a_plate_is_the_independent_one(second, allowed, tmp_path)
     text = text.replace("duration = 8.0", "duration = 0.4").replace("3.0, 3.04", "0.3, 0.4")
     sweep = [[0, 268 * HERTZ], [0.4, 280 * HERTZ]]
     later = [[time, angle - 0.5 * np.pi] for time, angle in phase]
-    forces = [
-        Force(AT[dof].tolist(), amplitude, sweep, angle)
-        for dof, angle in ((13, phase), (8, later))
-    ]
+    forces = [Force(AT[k].tolist(), amplitude, sweep, p) for k, p in ((13, phase), (8, later))]
     if second:
         text = text.replace("A = [1, 2]", "A = [1, 2]\nB = [4, 5]").replace("[run]", SECOND)
         fast = [[0, 544 * HERTZ], [0.4, 548 * HERTZ]]
@@ -98,3 +95,6 @@ def test_the_plate_is_compared_with_full_order(tmp_path):
     assert all(line.error < 0.005 and line.reference_error < 0.001 for line in found.comparisons)
     recording = runner.read(found.recordings[0])
     assert {"/contact/0", "/full/contact/0"} <= recording.channels.keys()
+    two = text.replace("A = [1, 2]", "A = [1, 2]\nB = [4, 5]").replace("[run]", SECOND)
+    with pytest.raises(rom.SlipmodeError, match=r"forcing\.A\.quadrature: must be left out"):
+        runner.validate(runner.parse_scene(two.replace("ture = 8", "ture = 0"), FOLDER), tmp_path)
