@@ -48,7 +48,7 @@ def commands() -> dict[str, Command]:
                 "--unit", help="of the signals: m, mm/s, m/s^2, g, ... (the one in the file)"
             ),
             Argument("--force-unit", help="of sine tests: N, kN, ... (the one in the file)"),
-            Argument("--sample-rate", type=float, metavar="HZ", help="(that of the files)"),
+            Argument("--sample-rate", type=float, metavar="HZ", help="(the rate in the files)"),
             Argument("--channels", nargs="+", type=_key, help=channels),
             Argument("--hold-out", nargs="+", type=_key, default=[], metavar="NAME", help=held),
             Argument("--law", choices=["auto", *LAWS], default="auto", help="the law (auto)"),

@@ -22,7 +22,7 @@ from slipmode.runner.plan.shared_tone import SharedTonePlan, plan_shared_tone
 from slipmode.runner.scene.scene import Scene, load_scene
 from slipmode.runner.scene.schedule import is_rate
 
-HEADROOM = 1.25  # forces a tenth above those of the shipped scenes reach up to 1.19 times as far
+HEADROOM = 1.25  # forces a tenth above the shipped scenes' forces reach up to 1.19 times as far
 
 
 def export_fmu(

@@ -75,7 +75,7 @@ class ModesTable:
         Number of the second mode, different from A, or of several modes that `[forcing.B]` moves
         together: B, B2, ... Default: a model with the modes A.
     ratio
-        Frequency of mode B relative to that of mode A, for instance 3, if a harmonic of the
+        Frequency of mode B relative to mode A's frequency, for instance 3, if a harmonic of the
         contacts drives mode B (internal resonance). There is no `[forcing.B]` then. Default: mode
         B has a force and a frequency of its own.
     nodal_diameters

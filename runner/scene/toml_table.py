@@ -135,7 +135,7 @@ class Section:
         return {"type": "array", "items": table} if self.is_array else table
 
     def read(self, given: Any, path: str = "", root: Section | None = None) -> Any:
-        """Return the checked values of a table as its dataclass, or those of each of an array.
+        """Return the checked values of a table as its dataclass, or of each table of an array.
 
         Every refusal is a SlipmodeError `full.key: what is allowed`.
         """

@@ -84,7 +84,7 @@ class Curves(NamedTuple):
 
 
 def curves(channel: Channel) -> list[Curves]:
-    """Return the curves of a channel by plot, at last those of its fields without a plot."""
+    """Return the curves of a channel by plot, at last the curves of fields without a plot."""
     if channel.topic.startswith(OTHER):
         return [Curves(channel, "", (0,), (legend(channel, 0, channel.names[0]),))]
     if channel.topic in (PHASES, TORUS, SHARE, DISK):  # drawings or an event show them

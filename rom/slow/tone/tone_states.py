@@ -37,7 +37,7 @@ ToneForce = Mapping[int, complex] | ArrayLike
 # and to the response of a mode to a harmonic, 0.06 where that mode is at 1:3
 # (tests/rom/slow/test_one_tone.py). Errors are reported beyond _LARGE.
 _AVERAGING, _LARGE = 0.1, 0.01
-# Motion of DOFs at combinations of two tones relative to that of the contacts: 0.6 to 2.5 on
+# Motion of DOFs at combinations of two tones relative to contact motion there: 0.6 to 2.5 on
 # drawn plates, whose errors in runs were these motions (tests/runner/scene/test_shared_tone.py).
 _AT_DOFS = 2.5
 _TINY = np.finfo(float).tiny

@@ -56,7 +56,7 @@ def dask_workers(scheduler: str) -> Iterator[Workers]:
 def _pass_on(done: Any, found: Future[Any]) -> None:
     """Give the result of a Dask future to another future.
 
-    A killed worker is an error like that of a pool of processes; a lost connection cancels.
+    A killed worker is a BrokenExecutor, as of a pool of processes; a lost connection cancels.
     """
     try:
         error = done.exception() if done.status == "error" else None

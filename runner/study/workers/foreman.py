@@ -71,8 +71,8 @@ def _changes(samples: Samples, design: Design) -> list[int]:
 class Workers:
     """Processes that compute tasks, on this machine or on others.
 
-    `submit` takes a function and its arguments. An exception of the future is that of the
-    function, BrokenExecutor if a worker was killed, CancelledError if the connection was lost.
+    `submit` takes a function and its arguments. The future has the exception of the function,
+    BrokenExecutor if a worker was killed, CancelledError if the connection was lost.
     """
 
     submit: Callable[..., Future[Any]]
@@ -175,7 +175,7 @@ class Foreman:
         """Return the results on a table; repeat samples outside it on the next."""
         batch, may_grow = noted.value
         outside = batch.outside
-        if not may_grow or task.step >= 10:  # the range is then 1024 times that of the plan
+        if not may_grow or task.step >= 10:  # the range is then 1024 times the plan's range
             why = "the amplitudes grow without bound; give structure.damping a value > 0"
             for place in np.flatnonzero(outside):
                 own = f"{batch.reason[place]}; leave out model.amplitude to find it"

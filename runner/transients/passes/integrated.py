@@ -30,7 +30,7 @@ class IntegratedSteps:
         self.output_names = (*parts, *map(str, range(_ENERGY)))
 
     def set_inputs(self, **values: float) -> None:
-        """Set nothing: the forces are those of the schedule."""
+        """Set nothing: the forces follow the schedule."""
 
     def outputs(self) -> dict[str, float]:
         """Return the outputs at the start, which is given; nothing has moved."""

@@ -22,7 +22,7 @@ class MistunedComponent:
     """The slow flow of a mistuned disk, stepped as `fmu.Component` is.
 
     Its outputs are the amplitudes of a DOF of all blades [m], the displacements of this DOF [m],
-    and those of all contacts, sector by sector [m].
+    and the displacements of all contacts, sector by sector [m].
     """
 
     def __init__(self, plan: MistunedPlan) -> None:
