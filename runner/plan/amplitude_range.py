@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipmode.fmu.inputs import rate_of
 from slipmode.rom import Model, SlipmodeError
-from slipmode.rom.arrays import Floats
+from slipmode.rom.arrays import Flags, Floats
 from slipmode.rom.errors import UnsettledError
 from slipmode.rom.reduction.combination import CombinationResonance
 from slipmode.rom.reduction.force_response import AppliedForces, phasor
@@ -18,7 +18,7 @@ from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.transient import TransientError, friction_threshold
 from slipmode.runner.plan.excited import Excited, Path
 from slipmode.runner.recording.channels import Mode
-from slipmode.runner.scene.schedule import Schedule, is_rate
+from slipmode.runner.scene.schedule import Schedule
 
 
 @frozen
@@ -143,22 +143,21 @@ def _path(
     Returns the largest effective amplitudes (modes,), relative to the limits at their time;
     `time` and `transient_error` of `DryRun`; and whether the run stayed inside the table.
     """
+    short = shortened(schedule, model, excited.modes)
     # steps are then short enough to show peaks and changes within a cycle
-    component = excited.component(model, 5e-10)
-    stretches = shortened(schedule, model, excited.modes, component.input_names)
-    path = excited.follow(component, stretches.durations, stretches.inputs)
+    path = excited.follow(model, short.schedule, 5e-10)
     complete = path.stop is None
     if path.stop is not None and not path.stop.left_table:
         raise SlipmodeError(f"run: {path.stop}")
-    effective, error = along_run(excited, model, stretches, path)
+    effective, error = along_run(excited, model, short.schedule, path)
     reached: Floats = effective.max(axis=0)
     if not complete and not np.any(reached > 0.5 * model.table.amplitude_range):
         reached = model.table.amplitude_range  # it left within one step, in an unknown direction
-    return reached, (stretches.in_scene(path.time), error), complete
+    return reached, (short.in_scene(path.time), error), complete
 
 
 def along_run(
-    excited: Excited, model: Model, stretches: Stretches, path: Path
+    excited: Excited, model: Model, schedule: Schedule, path: Path
 ) -> tuple[Floats, Floats]:
     """Return effective amplitudes and transient errors along a run [kg^1/2 m].
 
@@ -167,82 +166,57 @@ def along_run(
     At a jump of inputs the larger effective amplitude counts, and the smaller scale. A jump of
     amplitudes is no error.
     """
-    time, (before, after) = path.time, stretches.around(path.time)
-    scale = np.minimum(*(stretches.values("limit_scale", time, k) for k in (before, after)))
-    relative = path.amplitude / scale[:, np.newaxis]
+    time = schedule.at_breaks(path.time)
+    inputs = [f"{name}_{m}" for name in ("force", "phase") for m in excited.modes]
+    sides = schedule.around(["limit_scale", *inputs], time)
+    scale = np.minimum(*(values[:, :1] for values in sides))
     shift = AppliedForces.of(model.reduced, excited.force_patterns).shift
-    sides = []
-    for number in (before, after):
-        force, phase = (
-            np.stack([stretches.values(f"{name}_{m}", time, number) for m in excited.modes], 1)
-            for name in ("force", "phase")
-        )
-        acting = path.amplitude + shift * phasor(excited.modal_force * force, phase)
-        sides.append(np.abs(acting) / scale[:, np.newaxis])
-    effective = np.maximum(*sides)
-    moving = (np.diff(time) > 0.0) & (after[:-1] == before[1:]) & (after == before)[:-1]
+    acting = []
+    for values in sides:
+        force, phase = np.split(values[:, 1:], 2, axis=1)
+        shifted = path.amplitude + shift * phasor(excited.modal_force * force, phase)
+        acting.append(np.abs(shifted) / scale)
+    effective = np.maximum(*acting)
+    moving = (np.diff(path.time) > 0.0) & ~np.isin(time[:-1], schedule.breaks[1:])
     error = np.zeros((time.size - 1, len(excited.modes)))
-    rate = np.diff(relative, axis=0)[moving] / np.diff(time)[moving, np.newaxis]
+    rate = np.diff(path.amplitude / scale, axis=0)[moving]
+    rate /= np.diff(path.time)[moving, np.newaxis]
     estimate = TransientError.of(*excited.contacts)
     error[moving] = estimate.at(rate, excited.reduced.carrier, effective[:-1][moving])
     return effective, error
 
 
-def shortened(
-    schedule: Schedule, model: Model, modes: Sequence[Mode], names: Sequence[str]
-) -> Stretches:
-    """Return the stretches of a schedule, none longer than its motion changes.
+class Shortened(NamedTuple):
+    """A schedule none of whose stretches is longer than its motion changes."""
 
-    A ramp that is shortened goes as far as before, but faster. `names` are the inputs of the
-    model's component.
-    """
-    straight = schedule.stretches()
-    lengths, inputs = straight.durations(), straight.inputs(names)
-    shorter = np.minimum(lengths, _settling_time(straight, model, modes))
-    rates = [k for k, name in enumerate(names) if is_rate(name)]
-    inputs[:, rates] *= (lengths / shorter)[:, np.newaxis]
-    return Stretches(shorter, inputs, lengths, names)
-
-
-@frozen
-class Stretches:
-    """Stretches of a schedule, shortened or not, that follow one another from t = 0."""
-
-    durations: Floats  # (stretches,) [s]
-    inputs: Floats  # (stretches, names): Inputs of the component at their starts
-    scene: Floats  # (stretches,): Their durations in the scene [s]
-    names: Sequence[str]  # Names of the inputs
-
-    def around(self, time: Floats) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """Return the numbers of the stretches just before and just after times (n,)."""
-        ends, slack = np.cumsum(self.durations), 1e-9 * self.durations
-        before, after = (np.searchsorted(ends + s, time, side="left") for s in (slack, -slack))
-        last = ends.size - 1
-        return np.minimum(before, last), np.minimum(after, last)
-
-    def values(self, name: str, time: Floats, number: NDArray[np.int64]) -> Floats:
-        """Return values (n,) of an input at times in the stretches of these numbers."""
-        if name not in self.names:  # limits without a script have the scale 1
-            return np.ones(time.size)
-        value, rate = (self.inputs[number, self.names.index(n)] for n in (name, rate_of(name)))
-        return np.asarray(value + rate * self._since(time, number))
+    schedule: Schedule
+    durations: Floats  # (stretches,) of the schedule [s]
+    scene: Floats  # (stretches,) of the scene [s]
+    is_ramp: Flags  # (stretches,): Whether inputs change, faster than in the scene
 
     def in_scene(self, time: Floats) -> Floats:
-        """Return the times in the scene (n,) [s] of times in these stretches.
+        """Return the times in the scene (n,) [s] of times in this schedule.
 
         Ramps are slower there by the factor of their duration; constant inputs last longer.
         """
-        _, number = self.around(time)
-        moving = [k for k, name in enumerate(self.names) if is_rate(name)]
-        ramp = np.any(self.inputs[:, moving] != 0.0, axis=1)
-        factor = np.where(ramp, self.scene / self.durations, 1.0)
-        start = np.cumsum(self.scene) - self.scene
-        return np.asarray(start[number] + factor[number] * self._since(time, number))
+        ends, ends_in_scene = np.cumsum(self.durations), np.cumsum(self.scene)
+        k = np.minimum(np.searchsorted((1.0 - 1e-9) * ends, time), ends.size - 1)
+        factor = np.where(self.is_ramp, self.scene / self.durations, 1.0)[k]
+        since = np.clip(time - (ends - self.durations)[k], 0.0, self.durations[k])
+        return np.asarray((ends_in_scene - self.scene)[k] + factor * since)
 
-    def _since(self, time: Floats, number: NDArray[np.int64]) -> Floats:
-        """Return the times since the starts of stretches (n,) [s]."""
-        start = np.cumsum(self.durations) - self.durations
-        return np.clip(time - start[number], 0.0, self.durations[number])
+
+def shortened(schedule: Schedule, model: Model, modes: Sequence[Mode]) -> Shortened:
+    """Return the stretches of a schedule, none longer than its motion changes.
+
+    A ramp that is shortened goes as far as before, but faster.
+    """
+    straight = schedule.stretches()
+    lengths = straight.durations()
+    shorter = np.minimum(lengths, _settling_time(straight, model, modes))
+    rates = straight.inputs([rate_of(name) for name in straight.scripts])
+    is_ramp = np.asarray(np.any(rates != 0.0, axis=1))
+    return Shortened(straight.retimed(shorter), shorter, lengths, is_ramp)
 
 
 def _settling_time(straight: Schedule, model: Model, modes: Sequence[Mode]) -> Floats:

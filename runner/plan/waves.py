@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import fields, replace
 from functools import cached_property
-from typing import Any, Self
+from typing import Any, Self, cast
 
 import numpy as np
 
@@ -15,10 +15,18 @@ from slipmode.rom.cyclic.wave.wave_motion import SectorWaves
 from slipmode.rom.cyclic.wave.wave_table import cached_waves, reduced_waves
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.contacts import Elastic
+from slipmode.rom.laws.friction import Friction
+from slipmode.rom.laws.no_contacts import NoContacts
+from slipmode.rom.reduction.combination import CombinationResonance
 from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.short_repr import frozen
+from slipmode.rom.table.tabulation import extended_range
 from slipmode.rom.validity import Finding
-from slipmode.runner.recording.channels import Mode
+from slipmode.runner.plan.excited import Excited
+from slipmode.runner.recording import channels
+from slipmode.runner.recording.channels import Channel, Mode
+from slipmode.runner.scene.contacts import law_of
+from slipmode.runner.scene.schedule import Schedule
 from slipmode.runner.scene.sections import Scene
 
 
@@ -49,12 +57,6 @@ class Waves:
     def __getstate__(self) -> dict[str, Any]:
         """Return the fields alone, for other processes: modes are computed again there."""
         return {each.name: getattr(self, each.name) for each in fields(self)}
-
-    def at_carriers(self, frequency: Sequence[float]) -> Self:
-        """Return the same waves with other carriers [rad/s]."""
-        found = replace(self, frequency=tuple(frequency))
-        found.__dict__["waves"] = self.waves  # they do not depend on the carriers
-        return found
 
     @cached_property
     def waves(self) -> tuple[TravellingWave, ...]:
@@ -91,9 +93,68 @@ class Waves:
             found.append(pattern)
         return tuple(found)
 
-    def model(self, amplitude: Floats, tolerance: float) -> tuple[Model, bool]:
-        """Return the model up to amplitudes (modes,) [kg^1/2 m], and whether it was cached."""
-        return cached_waves(self.sector.carriers, amplitude.tolist(), tolerance)
+
+@frozen
+class ExcitedWaves(Excited):
+    """The waves of a scene with sectors; `reduced` and `law` have no contacts."""
+
+    waves: Waves
+
+    @property
+    def kind(self) -> str:
+        """See `Moving`."""
+        return "waves"
+
+    @property
+    def contacts(self) -> tuple[Reduced, Friction]:
+        """Contacts of a sector, and their law."""
+        return self.waves.sector.problem.reduced, self.waves.law
+
+    def channels(self, scene: Scene) -> list[Channel]:
+        """See `Moving`."""
+        sectors = self.waves.structure.sectors
+        disk = [channels.disk(sectors, self.shown_dof(scene))] if scene.windows else []
+        return super().channels(scene) + disk
+
+    def shown_dof(self, scene: Scene) -> int:
+        """Return the DOF that is shown: the first of output.elastic, or the one that moves most."""
+        chosen = scene.output.elastic
+        return chosen[0] if chosen else int(np.abs(self.waves.waves[0].shape).argmax())
+
+    def at_carriers(self, frequency: Sequence[float]) -> Self:
+        """Return the same waves with carriers of these frequencies [rad/s]."""
+        waves = replace(self.waves, frequency=tuple(frequency))
+        waves.__dict__["waves"] = self.waves.waves  # they do not depend on the carriers
+        return replace(self, reduced=waves.reduced, waves=waves)
+
+    def combinations(self, schedule: Schedule) -> tuple[CombinationResonance, ...]:
+        """Return none: the friction table includes all harmonics."""
+        return ()
+
+    def other_modes(self) -> Finding:
+        """Return how the modes of other nodal diameters are modelled."""
+        reason = "harmonics of the contacts excite the modes of their nodal diameters"
+        return Finding("other modes", "in the friction table", reason)
+
+    def model(
+        self, amplitude: Sequence[float], tolerance: float, **options: Any
+    ) -> tuple[Model, bool]:
+        """See `Excited.model`; of the options, waves need the headroom alone."""
+        ends = extended_range(amplitude, options.get("headroom", 1.0))
+        return cached_waves(self.waves.sector.carriers, ends.tolist(), tolerance)
+
+
+def excite_waves(scene: Scene, modes: tuple[Mode, ...]) -> tuple[Scene, ExcitedWaves]:
+    """Return the located scene, and its waves under their forces."""
+    assert scene.disk is not None
+    disk = scene.disk.build_disk()
+    scene = scene.located(disk.labels)
+    law = cast(Elastic, law_of(scene, disk.structure.n_contacts))
+    waves = waves_of(scene, modes, disk.structure, law)
+    initial = tuple(complex(scene.initial.get(mode, 0.0)) for mode in modes)
+    return scene, ExcitedWaves(
+        modes, waves.reduced, NoContacts(), waves.patterns, initial, initial, waves
+    )
 
 
 def waves_of(
@@ -130,10 +191,10 @@ def waves_of(
     return found
 
 
-def wave_decisions(scene: Scene, modes: tuple[Mode, ...], waves: Waves) -> list[Finding]:
+def wave_decisions(scene: Scene, excited: ExcitedWaves) -> list[Finding]:
     """Return which nodal diameter and mode each engine order excites, and why."""
-    found = []
-    for name, wave in zip(modes, waves.waves, strict=True):
+    found, waves = [], excited.waves
+    for name, wave in zip(excited.modes, waves.waves, strict=True):
         k, sectors = wave.nodal_diameter, waves.structure.sectors
         omega = scene.units.of_frequency(wave.frequency)
         choice = f"nodal diameter {k}, mode {wave.mode}"

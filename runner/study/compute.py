@@ -16,10 +16,10 @@ from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.branches.backbone import resonance_peaks
 from slipmode.rom.slow.steady_motion import SteadyMotion
 from slipmode.rom.slow.steady_points import steady_points
-from slipmode.runner.plan.amplitude_range import Stretches, along_run, shortened
+from slipmode.runner.plan.amplitude_range import along_run, shortened
 from slipmode.runner.plan.excited import Excited
 from slipmode.runner.run import run
-from slipmode.runner.scene.schedule import make_schedule
+from slipmode.runner.scene.schedule import Schedule, make_schedule
 from slipmode.runner.scene.script import Script
 from slipmode.runner.scene.sections import Scene
 from slipmode.runner.study.sample_outputs import Batch, Outputs
@@ -197,15 +197,12 @@ def run_through(scene: Scene, times: Sequence[float], dofs: Dofs) -> Batch:
     largest, limit_scale = model.table.amplitude_range, scene.limit_scale or Script.constant(1.0)
     if np.any(np.abs(excited.amplitude) > 0.99 * limit_scale.range(0.0, 0.0)[0] * largest):
         return Batch({}, ["initial: outside the friction table"], np.ones(1, dtype=bool))
-    component = excited.component(model, scene.run.tolerance)
-    names = component.input_names
-    if times:
-        straight = replace(schedule.stretches(), points=tuple(times))
-        lengths = straight.durations()
-        steps = Stretches(lengths, straight.inputs(names), lengths, names)
-    else:
-        steps = shortened(schedule, model, modes, names)
-    path = excited.follow(component, steps.durations, steps.inputs)
+    steps = (
+        replace(schedule.stretches(), points=tuple(times))
+        if times
+        else shortened(schedule, model, modes).schedule
+    )
+    path = excited.follow(model, steps, scene.run.tolerance)
     size, stop = np.abs(path.amplitude), path.stop
     if stop is not None:
         # close to the edge of the table a run may find no step that stays inside
@@ -229,12 +226,9 @@ def run_through(scene: Scene, times: Sequence[float], dofs: Dofs) -> Batch:
     return Batch(values, [""], np.zeros(1, dtype=bool))
 
 
-def _loads_at(excited: Excited, steps: Stretches, time: Floats) -> Loads:
+def _loads_at(excited: Excited, schedule: Schedule, time: Floats) -> Loads:
     """Return the loads just before times."""
-    before, _ = steps.around(time)
-    frequency, force, phase = (
-        np.stack([steps.values(f"{name}_{m}", time, before) for m in excited.modes], axis=1)
-        for name in ("frequency", "force", "phase")
-    )
-    scale = steps.values("limit_scale", time, before)[:, np.newaxis]
-    return Loads(frequency, phasor(excited.modal_force * force, phase), scale)
+    names = [f"{name}_{m}" for name in ("frequency", "force", "phase") for m in excited.modes]
+    before, _ = schedule.around(["limit_scale", *names], schedule.at_breaks(time))
+    frequency, force, phase = np.split(before[:, 1:], 3, axis=1)
+    return Loads(frequency, phasor(excited.modal_force * force, phase), before[:, :1])

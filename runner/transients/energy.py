@@ -8,14 +8,14 @@ from slipmode.rom import Model, Reduced
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.reduction.force_response import AppliedForces, phasor
 from slipmode.rom.reduction.reduced import coupling_factor
-from slipmode.runner.plan.plan import Plan
+from slipmode.runner.plan.plan import ModesPlan
 from slipmode.runner.transients.full_order import SlowPart
 
 
 class SlowBalance:
     """The energy balance of the modes in slow time."""
 
-    def __init__(self, plan: Plan, model: Model) -> None:
+    def __init__(self, plan: ModesPlan, model: Model) -> None:
         self._plan, self._model = plan, model
         self._last = np.zeros((1, model.modes), dtype=complex)  # amplitudes of the last point
         self._applied = AppliedForces.of(model.reduced, plan.excited.force_patterns)

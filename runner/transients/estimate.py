@@ -12,7 +12,7 @@ from slipmode.rom.short_repr import short_list
 from slipmode.rom.slow.slow_flow import inputs_of, rates, slow_flow
 from slipmode.rom.slow.transient import TransientError, said_error
 from slipmode.rom.validity import Finding
-from slipmode.runner.plan.plan import Plan
+from slipmode.runner.plan.plan import ModesPlan
 from slipmode.runner.plan.transients import slow_time_error
 from slipmode.runner.transients.motion import scripted
 
@@ -20,12 +20,10 @@ from slipmode.runner.transients.motion import scripted
 class RunError:
     """`TransientError` of a plan, relative to the amplitude range of its friction table."""
 
-    def __init__(self, plan: Plan, model: Model) -> None:
+    def __init__(self, plan: ModesPlan, model: Model) -> None:
         self._plan = plan
         self._flow = slow_flow(model, plan.excited.force_patterns)
-        waves = plan.excited.waves is not None
-        contacts = plan.excited.contacts if waves else (model.reduced, model.law)
-        self._estimate = TransientError.of(*contacts)
+        self._estimate = TransientError.of(*plan.excited.contacts)
         self._shift = AppliedForces.of(model.reduced, plan.excited.force_patterns).shift
 
     def at(
@@ -62,7 +60,7 @@ class RunError:
 class ErrorRecord:
     """The largest transient error of slow time in a run, and when it exceeds the allowed one."""
 
-    def __init__(self, plan: Plan) -> None:
+    def __init__(self, plan: ModesPlan) -> None:
         self._scene, self._modes = plan.scene, plan.excited.modes
         # intervals fewer than ten cycles apart are reported as one
         self._gap = 20.0 * np.pi / plan.excited.reduced.carrier.min()

@@ -17,14 +17,14 @@ from slipmode.rom.short_repr import percentage
 from slipmode.rom.slow.answer_error import curve_displacement
 from slipmode.rom.slow.slow_flow import ForcedFlow
 from slipmode.rom.validity import Finding
-from slipmode.runner.plan.plan import Plan
+from slipmode.runner.plan.plan import ModesPlan
 from slipmode.runner.transients.motion import scripted
 
 
 class FrictionErrorRecord:
     """The RMS error of the amplitudes of a run due to friction errors beyond the tolerance."""
 
-    def __init__(self, plan: Plan, model: Model) -> None:
+    def __init__(self, plan: ModesPlan, model: Model) -> None:
         self._plan, self._model = plan, model
         self._shift = AppliedForces.of(model.reduced, plan.excited.force_patterns).shift
         self._squares = np.zeros((2, model.modes))  # of errors, and of amplitudes
