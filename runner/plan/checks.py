@@ -74,20 +74,16 @@ def check_assumptions(plan: ModesPlan, seen: DryRun | None) -> list[Finding]:
     """
     excited, schedule = plan.excited, plan.schedule
     reduced, law, names = excited.reduced, excited.law, excited.modes
+    structure = excited.structure
     largest_force = np.abs(schedule.extremes([f"force_{m}" for m in names])).max(axis=0)
     force = [f * most for f, most in zip(excited.force_patterns, largest_force, strict=True)]
     reached = schedule.frequency_range(names)
     share = seen.contact_share if seen else np.full(len(names), np.inf)
-    of_structure = (
-        validity.direction_findings(excited.structure, law)
-        if excited.structure is not None
-        else []
-    )
     amplitude = seen.reached if seen else np.array(plan.amplitude)
     return [
         *_self_excited(excited, largest_force),
         *validity.proposal_findings(reduced, force, reached, share, names),
-        *of_structure,
+        *(validity.direction_findings(structure, law) if structure is not None else ()),
         *validity.share_findings(seen.contact_share if seen else np.zeros(len(names)), names),
         *validity.contact_findings(reduced, combination_resonances(reduced.carrier), names),
         *validity.friction_findings(*excited.contacts, amplitude),

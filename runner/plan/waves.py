@@ -117,7 +117,7 @@ class ExcitedWaves(Excited):
         return super().channels(scene) + disk
 
     def shown_dof(self, scene: Scene) -> int:
-        """Return the DOF that is shown: the first of output.elastic, or the one that moves most."""
+        """Return the first DOF of output.elastic; without it the DOF that moves most."""
         chosen = scene.output.elastic
         return chosen[0] if chosen else int(np.abs(self.waves.waves[0].shape).argmax())
 
