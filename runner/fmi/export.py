@@ -139,7 +139,7 @@ def _stays(plan: ModesPlan, model: Model, factor: float) -> bool:
     }
     schedule = replace(plan.schedule, scripts=scripts)
     excited = plan.excited.started(schedule)
-    steps = shortened(schedule, model, excited.modes).schedule
+    steps = shortened(schedule, model, excited.modes)
     try:
         return excited.follow(model, steps, plan.scene.run.tolerance).stop is None
     except SlipmodeError:  # it starts outside

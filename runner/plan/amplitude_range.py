@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 
 from slipmode.fmu.inputs import rate_of
 from slipmode.rom import Model, SlipmodeError
-from slipmode.rom.arrays import Flags, Floats
+from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import UnsettledError
 from slipmode.rom.reduction.combination import CombinationResonance
 from slipmode.rom.reduction.force_response import AppliedForces, phasor
@@ -145,15 +144,15 @@ def _path(
     """
     short = shortened(schedule, model, excited.modes)
     # steps are then short enough to show peaks and changes within a cycle
-    path = excited.follow(model, short.schedule, 5e-10)
+    path = excited.follow(model, short, 5e-10)
     complete = path.stop is None
     if path.stop is not None and not path.stop.left_table:
         raise SlipmodeError(f"run: {path.stop}")
-    effective, error = along_run(excited, model, short.schedule, path)
+    effective, error = along_run(excited, model, short, path)
     reached: Floats = effective.max(axis=0)
     if not complete and not np.any(reached > 0.5 * model.table.amplitude_range):
         reached = model.table.amplitude_range  # it left within one step, in an unknown direction
-    return reached, (short.in_scene(path.time), error), complete
+    return reached, (_in_scene(path.time, short, schedule), error), complete
 
 
 def along_run(
@@ -186,37 +185,27 @@ def along_run(
     return effective, error
 
 
-class Shortened(NamedTuple):
-    """A schedule none of whose stretches is longer than its motion changes."""
-
-    schedule: Schedule
-    durations: Floats  # (stretches,) of the schedule [s]
-    scene: Floats  # (stretches,) of the scene [s]
-    is_ramp: Flags  # (stretches,): Whether inputs change, faster than in the scene
-
-    def in_scene(self, time: Floats) -> Floats:
-        """Return the times in the scene (n,) [s] of times in this schedule.
-
-        Ramps are slower there by the factor of their duration; constant inputs last longer.
-        """
-        ends, ends_in_scene = np.cumsum(self.durations), np.cumsum(self.scene)
-        k = np.minimum(np.searchsorted((1.0 - 1e-9) * ends, time), ends.size - 1)
-        factor = np.where(self.is_ramp, self.scene / self.durations, 1.0)[k]
-        since = np.clip(time - (ends - self.durations)[k], 0.0, self.durations[k])
-        return np.asarray((ends_in_scene - self.scene)[k] + factor * since)
-
-
-def shortened(schedule: Schedule, model: Model, modes: Sequence[Mode]) -> Shortened:
+def shortened(schedule: Schedule, model: Model, modes: Sequence[Mode]) -> Schedule:
     """Return the stretches of a schedule, none longer than its motion changes.
 
     A ramp that is shortened goes as far as before, but faster.
     """
     straight = schedule.stretches()
-    lengths = straight.durations()
-    shorter = np.minimum(lengths, _settling_time(straight, model, modes))
-    rates = straight.inputs([rate_of(name) for name in straight.scripts])
-    is_ramp = np.asarray(np.any(rates != 0.0, axis=1))
-    return Shortened(straight.retimed(shorter), shorter, lengths, is_ramp)
+    longest = _settling_time(straight, model, modes)
+    return straight.retimed(np.minimum(straight.durations(), longest))
+
+
+def _in_scene(time: Floats, short: Schedule, schedule: Schedule) -> Floats:
+    """Return the times in a schedule (n,) [s] of times in its `shortened` stretches.
+
+    Ramps are slower there by the factor of their duration; constant inputs last longer.
+    """
+    straight = schedule.stretches()
+    ramps = straight.inputs([rate_of(name) for name in straight.scripts]).any(axis=1)
+    starts, ends = schedule.breaks[:-1], schedule.breaks[1:]
+    ends = np.where(ramps, ends, starts + np.diff(short.breaks))
+    edges = np.repeat(short.breaks, 2)[1:-1]
+    return np.interp(short.at_breaks(time), edges, np.column_stack((starts, ends)).ravel())
 
 
 def _settling_time(straight: Schedule, model: Model, modes: Sequence[Mode]) -> Floats:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Sequence
-from typing import cast
+from typing import ClassVar, cast
 
 import numpy as np
 
@@ -51,8 +51,9 @@ class ExcitedBlades:
     engine_order: int
     dof: int
 
+    kind: ClassVar[str] = "blades"
+
     modes: tuple[Mode, ...] = ("A",)
-    kind: str = "blades"
 
     @property
     def natural(self) -> dict[str, float]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
-from typing import Any, NamedTuple, Protocol, Self
+from typing import Any, ClassVar, NamedTuple, Protocol, Self
 
 import numpy as np
 
@@ -28,6 +28,8 @@ from slipmode.runner.scene.sections import Scene
 class Moving(Protocol):
     """What a scene moves, for plans and recordings."""
 
+    kind: ClassVar[str]  # Which pass goes through the scene: a key of `runner.run.PASSES`
+
     @property
     def modes(self) -> tuple[Mode, ...]:
         """Modes, or tones, that have a force: "A" and "B"."""
@@ -35,10 +37,6 @@ class Moving(Protocol):
     @property
     def natural(self) -> Mapping[str, float]:
         """Frequency [rad/s] of each of them, which it has without a force."""
-
-    @property
-    def kind(self) -> str:
-        """Which pass goes through the scene: a key of `slipmode.runner.run.PASSES`."""
 
     @property
     def n_dofs(self) -> int:
@@ -66,6 +64,8 @@ class Path(NamedTuple):
 class Excited:
     """The modes of a scene that move, and the forces on them."""
 
+    kind: ClassVar[str] = "modes"
+
     modes: tuple[Mode, ...]  # Out of "A" and "B"
     reduced: Reduced
     law: Friction
@@ -74,11 +74,6 @@ class Excited:
     initial: tuple[complex, ...]  # Motion of the modes at t = 0, as amplitudes [kg^1/2 m]
     # Amplitudes at t = 0: `initial` less the response of the modes to forces that act then
     amplitude: tuple[complex, ...]
-
-    @property
-    def kind(self) -> str:
-        """See `Moving`."""
-        return "modes"
 
     @property
     def natural(self) -> dict[str, float]:
@@ -236,6 +231,11 @@ class Excited:
         """Return the amplitudes at t = 0 by name of the component's outputs."""
         names = [f"{mode}_{part}" for mode in self.modes for part in ("re", "im")]
         return dict(zip(names, np.array(self.amplitude).view(float).tolist(), strict=True))
+
+
+def initial_amplitudes(scene: Scene, modes: Sequence[Mode]) -> tuple[complex, ...]:
+    """Return the given motion of modes at t = 0, as amplitudes [kg^1/2 m]."""
+    return tuple(complex(scene.initial.get(mode, 0.0)) for mode in modes)
 
 
 def listed(frequency: Floats) -> str:

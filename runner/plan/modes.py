@@ -22,7 +22,7 @@ from slipmode.rom.table.quasi_static import check_force_patterns
 from slipmode.rom.validity import Finding, frictionless_findings
 from slipmode.runner.plan import checks
 from slipmode.runner.plan.amplitude_range import DryRun, dry_run, run_on_saved_model
-from slipmode.runner.plan.excited import Excited, listed
+from slipmode.runner.plan.excited import Excited, initial_amplitudes, listed
 from slipmode.runner.plan.plan import ModesPlan, Plan, recording_decisions
 from slipmode.runner.plan.transients import plan_transients
 from slipmode.runner.plan.waves import excite_waves, wave_decisions
@@ -90,7 +90,7 @@ def _excite(
         )
         if scene.modes.ratio is not None:
             reduced = on_one_tone(reduced, scene.modes.ratio, _middle(scene))
-    initial = tuple(complex(scene.initial.get(mode, 0.0)) for mode in modes)
+    initial = initial_amplitudes(scene, modes)
     patterns = tuple(_force_pattern(scene, mode, reduced, j) for j, mode in enumerate(modes))
     return scene, Excited(modes, reduced, law, patterns, initial, initial), _at_rest(rest)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Sequence
 from itertools import product
+from typing import ClassVar
 
 import numpy as np
 
@@ -28,12 +29,9 @@ from slipmode.runner.scene.sections import Scene
 class ExcitedTones(Excited):
     """Modes at rest that share tones; the model has a friction table for each contact."""
 
-    tone_model: ToneModel
+    kind: ClassVar[str] = "tones"
 
-    @property
-    def kind(self) -> str:
-        """See `Moving`."""
-        return "tones"
+    tone_model: ToneModel
 
     @property
     def natural(self) -> dict[str, float]:

@@ -129,7 +129,7 @@ class Schedule:
         columns = values.reshape(-1, len(names)).T.tolist()
         scripts = {n: Script(times, tuple(v)) for n, v in zip(names, columns, strict=True)}
         end = float(ends[-1])
-        return replace(straight, scripts=scripts, duration=end, step=end, points=())
+        return replace(straight, scripts=scripts, duration=end, step=end, points=times)
 
     def at_breaks(self, times: Floats) -> Floats:
         """Return times, where rounding separates them from breakpoints the breakpoints [s]."""

@@ -200,7 +200,7 @@ def run_through(scene: Scene, times: Sequence[float], dofs: Dofs) -> Batch:
     steps = (
         replace(schedule.stretches(), points=tuple(times))
         if times
-        else shortened(schedule, model, modes).schedule
+        else shortened(schedule, model, modes)
     )
     path = excited.follow(model, steps, scene.run.tolerance)
     size, stop = np.abs(path.amplitude), path.stop

@@ -16,7 +16,7 @@ from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.structure.structure import Structure
 from slipmode.runner.plan.blades import BladesPlan
 from slipmode.runner.plan.plan import ModesPlan
-from slipmode.runner.plan.waves import Waves
+from slipmode.runner.plan.waves import ExcitedWaves
 from slipmode.runner.transients.full_order import excitation_of
 
 
@@ -30,13 +30,17 @@ def check_one_wave(plan: ModesPlan) -> None:
 
 
 def sector_in_full(
-    plan: ModesPlan, waves: Waves, annulus: Structure, times: Floats, steps_per_period: float
+    plan: ModesPlan,
+    waves: ExcitedWaves,
+    annulus: Structure,
+    times: Floats,
+    steps_per_period: float,
 ) -> FullMotion:
     """Return the motion of sector 0 among all sectors.
 
     Its output is the modal displacement of the wave. The energy is not known for one sector.
     """
-    disk, (carrier,) = waves.structure, waves.sector.carriers
+    disk, (carrier,) = waves.disk, waves.sector.carriers
     wave = carrier.wave
     k, size = wave.nodal_diameter, disk.n_contacts
     pattern = disk.around(carrier.force, k)
@@ -50,7 +54,7 @@ def sector_in_full(
     output = weight * np.asarray(annulus.mass @ (turn * shape)).real
     motion = integrate(
         annulus,
-        _law_of_all(waves.law, disk),
+        _law_of_all(wave.law, disk),
         excitation,
         times,
         steps_per_period=steps_per_period,

@@ -27,7 +27,7 @@ from slipmode.runner.plan.blades import forcing_range, plan_blades
 from slipmode.runner.plan.excited import contact_channels
 from slipmode.runner.plan.plan import Intervals, ModesPlan
 from slipmode.runner.plan.planning import plan_scene
-from slipmode.runner.plan.waves import ExcitedWaves, Waves
+from slipmode.runner.plan.waves import ExcitedWaves
 from slipmode.runner.recording import channels
 from slipmode.runner.recording.record import Header, Recorder, describe_run
 from slipmode.runner.run import PASSES, open_recorder, run
@@ -349,7 +349,7 @@ def reference(plan: ModesPlan, times: Floats) -> Reference:
     """
     excited, times = plan.excited, np.union1d(times, [plan.scene.run.duration])
     if plan.scene.disk is not None:
-        return _of_all_sectors(plan, cast(ExcitedWaves, excited).waves, times)
+        return _of_all_sectors(plan, cast(ExcitedWaves, excited), times)
     coordinates = plan.structure.n_dofs
     small: Projection | None = None
     fewer: Projection | None = None
@@ -376,9 +376,9 @@ def reference(plan: ModesPlan, times: Floats) -> Reference:
     return Reference(fine, comparisons, coordinates, seconds)
 
 
-def _of_all_sectors(plan: ModesPlan, waves: Waves, times: Floats) -> Reference:
+def _of_all_sectors(plan: ModesPlan, waves: ExcitedWaves, times: Floats) -> Reference:
     """Return the motion of sector 0 among all sectors of a bladed disk."""
-    annulus = waves.structure.annulus()
+    annulus = waves.disk.annulus()
     started = perf_counter()
     fine = sector_in_full(plan, waves, annulus, times, 64)
     seconds = perf_counter() - started

@@ -29,8 +29,7 @@ from slipmode.runner.plan.transients import SETTLED
 from slipmode.runner.recording import channels
 from slipmode.runner.scene.scene import Window
 from slipmode.runner.transients.energy import SlowBalance
-from slipmode.runner.transients.estimate import ErrorRecord, RunError
-from slipmode.runner.transients.friction_error import FrictionErrorRecord
+from slipmode.runner.transients.errors import FrictionErrors, TransientErrors
 from slipmode.runner.transients.full_order import FullOrder, SlowPart, Stretch
 from slipmode.runner.transients.motion import (
     FastMotion,
@@ -63,8 +62,8 @@ class SlowPass(ComponentPass[Excited]):
     ) -> None:
         super().__init__(plan, destination, component or plan.component(model))
         self._model = model
-        self._error, self._allowed = RunError(plan, model), plan.scene.model.transient_error
-        self._errors, self._friction = ErrorRecord(plan), FrictionErrorRecord(plan, model)
+        self._error, self._friction = TransientErrors(plan, model), FrictionErrors(plan, model)
+        self._allowed = plan.scene.model.transient_error
         self._balance = SlowBalance(plan, model)
         self._columns = OutputColumns.of(self._component.output_names, plan.excited.modes)
         slowest, fastest = plan.schedule.frequency_range(plan.excited.modes)
@@ -76,7 +75,6 @@ class SlowPass(ComponentPass[Excited]):
         self.steps_per_block = min(at_once, self.steps_per_block)
         self._cycle = 2.0 * np.pi / float(slowest.min())
         self._stretches: list[Stretch] = []  # at full order; the last one may be open
-        self._reported = 0  # of them
         self._open: Stretch | None = None
         self._energy = 0.0  # dissipated in stretches, which the component does not know
         self._before = 0.0  # dissipated at the start of a stretch
@@ -155,6 +153,7 @@ class SlowPass(ComponentPass[Excited]):
             cast(Component, self._component).set_amplitude(slow.amplitude[back])
             self._energy = float(rows[-1, power[-1]]) - own
             stretch.end, self._open = float(time[back]), None
+            self._report(stretch, stretch.end)
         return rows
 
     def _end_of(self, stretch: Stretch, slow: SlowPart, time: Floats, first: int) -> int | None:
@@ -206,13 +205,14 @@ class SlowPass(ComponentPass[Excited]):
         time = self._schedule.time(slice(first, last + 1))
         time = np.append(time[:-1:every], time[-1])
         error[self._stretch_numbers(time[:-1]) % 2 == 1] = 0.0
-        self._errors.add(error, time)
+        self._error.add(error, time)
 
     def _end(self) -> None:
         plan, recorder, now = self._plan, self._recorder, self._time_at(self._point)
         if self._point == plan.schedule.steps:
-            self._report_stretches(now, over=True)
-            largest = self._errors.finding()
+            if self._open:
+                self._report(self._open, now)
+            largest = self._error.finding()
             recorder.event(now, largest.level, largest.reason)
             if plan.scene.model.amplitude is not None and largest.level == "warning":
                 _log.warning("%s", largest.line())  # the plan does not know it
@@ -222,18 +222,13 @@ class SlowPass(ComponentPass[Excited]):
             if found.level == "warning":
                 _log.warning("%s", words)
 
-    def _report_stretches(self, now: float, *, over: bool = False) -> None:
-        """Record which stretches were at full order, if they have ended or the run is over."""
-        for stretch in self._stretches[self._reported :]:
-            if over or np.isfinite(stretch.end):
-                end = min(stretch.end, now)
-                error = said_error(self._plan.excited.modes, stretch.error)
-                words = f"full order from {stretch.start:g} to {end:g} s: {error} in slow time"
-                self._recorder.event(end, "info", words)
-                self._reported += 1
+    def _report(self, stretch: Stretch, end: float) -> None:
+        """Record which stretch was at full order."""
+        error = said_error(self._plan.excited.modes, stretch.error)
+        words = f"full order from {stretch.start:g} to {end:g} s: {error} in slow time"
+        self._recorder.event(end, "info", words)
 
     def _record(self, rows: Floats) -> None:
-        self._report_stretches(self._time_at(self._point))
         amplitude, power = self._columns.amplitudes(rows), rows[:, self._columns.power]
         energy = self._balance.rows(power, amplitude, self._recorded)
         record_points(self._plan, self._recorder, self._recorded, amplitude.view(float), energy)

@@ -23,19 +23,19 @@ class WavePass(SlowPass):
     """Steps of a component through slow time; the motion is of sector 0."""
 
     def _slow_motion(self, slow: SlowTrajectory, times: Floats) -> FastMotion:
-        model, sector = self._model, cast(ExcitedWaves, self._plan.excited).waves.sector
+        model, sector = self._model, cast(ExcitedWaves, self._plan.excited).sector
         moved = sector.motion(model, slow, times, self._plan.scene.output.elastic)
         return FastMotion(times, **vars(moved), modal=reconstruct(model, slow, times).modal)
 
     def _record_end(self, window: Window, slow: SlowTrajectory) -> None:
         """Record one DOF, and the state of the first contact, of every sector."""
         excited = cast(ExcitedWaves, self._plan.excited)
-        waves, dofs = excited.waves, [excited.shown_dof(self._plan.scene)]
+        disk, dofs = excited.disk, [excited.shown_dof(self._plan.scene)]
         times = self._sample_times(window)[-SAMPLES:]
-        elements, sectors = waves.law.elements(waves.structure.n_contacts), waves.structure.sectors
+        elements = excited.contacts[1].elements(disk.n_contacts)
         moved, states = [], []
-        for angle in 2.0 * np.pi * np.arange(sectors) / sectors:
-            motion = waves.sector.motion(self._model, slow, times, dofs, float(angle))
+        for angle in 2.0 * np.pi * np.arange(disk.sectors) / disk.sectors:
+            motion = excited.sector.motion(self._model, slow, times, dofs, float(angle))
             moved.append(motion.elastic[:, 0])
             found = contact_states(elements, motion.displacement, motion.force)
             states.append(found.state[:, 0])
