@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 
@@ -11,7 +12,7 @@ from slipmode.rom import Model, SlipmodeError
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import UnsettledError
 from slipmode.rom.reduction.combination import CombinationResonance
-from slipmode.rom.reduction.force_response import AppliedForces, phasor
+from slipmode.rom.reduction.force_response import AppliedForces
 from slipmode.rom.representable import round_up
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.transient import TransientError, friction_threshold
@@ -166,16 +167,14 @@ def along_run(
     amplitudes is no error.
     """
     time = schedule.at_breaks(path.time)
-    inputs = [f"{name}_{m}" for name in ("force", "phase") for m in excited.modes]
-    sides = schedule.around(["limit_scale", *inputs], time)
-    scale = np.minimum(*(values[:, :1] for values in sides))
+    sides = [
+        excited.loads(partial(schedule.around, times=time, after=after)) for after in (False, True)
+    ]
+    scale = np.minimum(*(loads.scale for loads in sides))
     shift = AppliedForces.of(model.reduced, excited.force_patterns).shift
-    acting = []
-    for values in sides:
-        force, phase = np.split(values[:, 1:], 2, axis=1)
-        shifted = path.amplitude + shift * phasor(excited.modal_force * force, phase)
-        acting.append(np.abs(shifted) / scale)
-    effective = np.maximum(*acting)
+    effective = (
+        np.maximum(*(np.abs(path.amplitude + shift * each.force) for each in sides)) / scale
+    )
     moving = (np.diff(path.time) > 0.0) & ~np.isin(time[:-1], schedule.breaks[1:])
     error = np.zeros((time.size - 1, len(excited.modes)))
     rate = np.diff(path.amplitude / scale, axis=0)[moving]

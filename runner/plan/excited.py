@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any, ClassVar, NamedTuple, Protocol, Self
 
 import numpy as np
@@ -58,6 +58,14 @@ class Path(NamedTuple):
     time: Floats  # (points,) [s], from 0
     amplitude: Complexes  # (points, modes) [kg^1/2 m]
     stop: StoppedError | None  # Why the run ended early
+
+
+class Loads(NamedTuple):
+    """Forces on modes, and the scale of friction limits, at points."""
+
+    force: Complexes  # (points, modes): F_j exp(i phase_j), modal [N kg^-1/2]
+    frequency: Floats  # (points, modes) [rad/s]
+    scale: Floats  # (points, 1): Scale of limits and preloads [-]
 
 
 @frozen
@@ -180,16 +188,19 @@ class Excited:
         patterns = enumerate(self.force_patterns)
         return np.array([self.reduced.modal_force(j, pattern) for j, pattern in patterns])
 
-    def modal_forces(
-        self, schedule: Schedule, steps: slice = slice(None)
-    ) -> tuple[Complexes, Complexes]:
-        """Return F_j exp(i phase_j) at the start and at the end of steps, (steps, modes)."""
-        force, phase = ([f"{part}_{mode}" for mode in self.modes] for part in ("force", "phase"))
-        start, end = (
-            self.modal_force * phasor(values(force, steps), values(phase, steps))
-            for values in (schedule.inputs, schedule.at_ends)
+    def loads(self, values: Callable[[Sequence[str]], Floats]) -> Loads:
+        """Return the loads at points; `values` returns inputs by name, (points, names)."""
+        parts = ("force", "phase", "frequency")
+        given = values(
+            [*(f"{part}_{mode}" for part in parts for mode in self.modes), "limit_scale"]
         )
-        return start, end
+        force, phase, frequency = np.split(given[:, :-1], len(parts), axis=1)
+        return Loads(force * phasor(self.modal_force, phase), frequency, given[:, -1:])
+
+    def step_loads(self, schedule: Schedule, steps: slice = slice(None)) -> tuple[Loads, Loads]:
+        """Return the loads at the starts and at the ends of steps."""
+        start = self.loads(partial(schedule.inputs, steps=steps))
+        return start, self.loads(partial(schedule.at_ends, steps=steps))
 
     def started(self, schedule: Schedule) -> Self:
         """Return the same with the `amplitude` that follows from `initial` and the forces.
@@ -198,10 +209,9 @@ class Excited:
         """
         if self.reduced.formulation == "paper":
             return self
-        force, _ = self.modal_forces(schedule, slice(1))
-        frequency = schedule.inputs([f"frequency_{mode}" for mode in self.modes], slice(1))
+        start, _ = self.step_loads(schedule, slice(1))
         forces = AppliedForces.of(self.reduced, self.force_patterns)
-        at_rest = forces.free_vibration(force[0], frequency[0])
+        at_rest = forces.free_vibration(start.force[0], start.frequency[0])
         return replace(self, amplitude=tuple((np.array(self.initial) + at_rest).tolist()))
 
     def component(self, model: Model, tolerance: float) -> Component:

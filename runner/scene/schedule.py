@@ -137,13 +137,14 @@ class Schedule:
         nearest = breaks[np.searchsorted(middle, times)]
         return np.where(np.abs(times - nearest) <= _SAME * self.duration, nearest, times)
 
-    def around(self, names: Sequence[str], times: Floats) -> tuple[Floats, Floats]:
-        """Return values just before and just after times in the schedule, (times, names) each."""
+    def around(self, names: Sequence[str], times: Floats, *, after: bool) -> Floats:
+        """Return inputs just before or just after times in the schedule, (times, names)."""
+        at = self.at_breaks(times)
+        from_left = at >= self.duration if after else at > 0.0
         scripts = [self._script(name) for name in names]
-        before = np.column_stack([each.value_before(times) for each in scripts])
-        after = np.column_stack([each.value(times) for each in scripts])
-        starts, ends = (times <= 0.0)[:, np.newaxis], (times >= self.duration)[:, np.newaxis]
-        return np.where(starts, after, before), np.where(ends, before, after)
+        return np.column_stack(
+            [np.where(from_left, each.value_before(at), each.value(at)) for each in scripts]
+        )
 
     def mean_frequency(self, modes: Sequence[str]) -> list[float]:
         """Return the forcing frequency of each mode [rad/s], a mean weighted by the amplitude."""

@@ -128,7 +128,8 @@ class FullOrder:
         """Times at which forces or frequencies jump [s]."""
         straight, excited = self._plan.schedule.stretches(), self._plan.excited
         found = np.zeros(straight.steps, dtype=bool)
-        for start, end in (excited.modal_forces(straight), straight.frequencies(excited.modes)):
+        before, after = excited.step_loads(straight)
+        for start, end in zip(before[:2], after[:2], strict=True):  # forces, and frequencies
             size = np.maximum(np.abs(start).max(axis=0), np.abs(end).max(axis=0))
             jump = np.abs(start[1:] - end[:-1]) > 1e-9 * size  # less is rounding
             found[1:] |= np.any(jump, axis=1)

@@ -132,16 +132,14 @@ class OutputColumns:
     """Columns of the outputs of a component."""
 
     parts: list[int]  # Real and imaginary part of the amplitude of each mode in turn
-    angle: list[int]
+    angle: list[int]  # Of the carrier of each mode, or tone
     power: list[int]  # `POWERS`
 
     @classmethod
-    def of(
-        cls, names: Sequence[str], modes: Sequence[str], tones: Sequence[str] = ()
-    ) -> OutputColumns:
-        """Return the columns of outputs with these names; by default each mode has a tone."""
-        parts = [f"{mode}_{part}" for mode in modes for part in ("re", "im")]
-        wanted = parts, [f"theta_{tone}" for tone in tones or modes], POWERS
+    def of(cls, names: Sequence[str], excited: Excited) -> OutputColumns:
+        """Return the columns of outputs with these names."""
+        parts = [f"{mode}_{part}" for mode in excited.mode_names for part in ("re", "im")]
+        wanted = parts, [f"theta_{tone}" for tone in excited.modes], POWERS
         return cls(*([list(names).index(name) for name in each] for each in wanted))
 
     def amplitudes(self, outputs: Floats) -> Complexes:
@@ -155,14 +153,14 @@ def slow_trajectory(
     """Return the trajectory of a component's outputs (steps + 1, names) from point `first` on."""
     excited, schedule = plan.excited, plan.schedule
     steps = slice(first, first + len(outputs) - 1)
-    columns = OutputColumns.of(names, excited.modes)
+    columns = OutputColumns.of(names, excited)
     force_response = AppliedForces.of(model.reduced, excited.force_patterns, excited.structure)
     script, angle = scripted(excited, schedule, steps), outputs[:, columns.angle]
     before = slice(max(first - 1, 0), steps.stop)
-    start, end = excited.modal_forces(schedule, before)
-    onset = start[1:] - end[:-1]
+    start, end = excited.step_loads(schedule, before)
+    onset = start.force[1:] - end.force[:-1]
     if first == 0:
-        onset = np.vstack((np.zeros_like(start[:1]), onset))
+        onset = np.vstack((np.zeros_like(start.force[:1]), onset))
     return SlowTrajectory(
         time=schedule.time(slice(first, steps.stop + 1)),
         amplitude=columns.amplitudes(outputs),

@@ -13,19 +13,22 @@ import numpy as np
 
 from slipmode.fmu import Steppable, StoppedError
 from slipmode.rom import Reduced
-from slipmode.rom.arrays import Floats
+from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.laws.elements import Elements
 from slipmode.rom.progress import progress_bar
 from slipmode.rom.slow.motion import SPIN_UP_PERIODS
-from slipmode.runner.plan.plan import Kind, Plan
+from slipmode.runner.plan.excited import Excited
+from slipmode.runner.plan.plan import Kind, ModesPlan, Plan
 from slipmode.runner.recording import channels
 from slipmode.runner.recording.record import Recorder
 from slipmode.runner.scene.scene import Window
 from slipmode.runner.transients.motion import (
     FastMotion,
+    OutputColumns,
     force_along,
     record_contacts,
     record_findings,
+    record_points,
     shares_in_words,
 )
 
@@ -33,6 +36,7 @@ SAMPLES_PER_BATCH = 16384
 
 # Fast motion at times, the factor on limits and preloads, and the phases of the carriers.
 MotionAt = Callable[[Floats], tuple[FastMotion, Floats | float, Floats]]
+EnergyRows = Callable[[Floats, Complexes, int], Floats]
 
 
 class Destination(NamedTuple):
@@ -212,12 +216,18 @@ class Pass(ABC, Generic[Kind]):
         return len(self._plan.excited.modes) == 2 and window in self._plan.scene.contact
 
 
-class ComponentPass(Pass[Kind]):
-    """A pass whose steps a component takes."""
+class ComponentPass(Pass[Excited]):
+    """A pass of modes whose steps a component takes.
 
-    def __init__(self, plan: Plan[Kind], destination: Destination, component: Steppable) -> None:
+    `energy` returns the rows of ``/energy``, see `SlowBalance.rows`.
+    """
+
+    def __init__(
+        self, plan: ModesPlan, destination: Destination, component: Steppable, energy: EnergyRows
+    ) -> None:
         super().__init__(plan, destination)
-        self._component = component
+        self._component, self._energy_rows = component, energy
+        self._columns = OutputColumns.of(component.output_names, plan.excited)
 
     def _first_row(self) -> Floats:
         component = self._component
@@ -229,3 +239,8 @@ class ComponentPass(Pass[Kind]):
     def _step(self, steps: slice) -> Floats:
         inputs = self._schedule.inputs(self._component.input_names, steps)
         return self._component.run(self._schedule.durations(steps), inputs)
+
+    def _record(self, rows: Floats) -> None:
+        amplitude, first = self._columns.amplitudes(rows), self._recorded
+        energy = self._energy_rows(rows[:, self._columns.power], amplitude, first)
+        record_points(self._plan, self._recorder, first, amplitude.view(float), energy)

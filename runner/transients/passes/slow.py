@@ -23,7 +23,6 @@ from slipmode.rom.slow.motion import SPIN_UP_PERIODS, reconstruct
 from slipmode.rom.slow.trajectory import SlowTrajectory
 from slipmode.rom.slow.transient import said_error
 from slipmode.runner.commands.command_words import command_words
-from slipmode.runner.plan.excited import Excited
 from slipmode.runner.plan.plan import ModesPlan
 from slipmode.runner.plan.transients import SETTLED
 from slipmode.runner.recording import channels
@@ -33,9 +32,7 @@ from slipmode.runner.transients.errors import FrictionErrors, TransientErrors
 from slipmode.runner.transients.full_order import FullOrder, SlowPart, Stretch
 from slipmode.runner.transients.motion import (
     FastMotion,
-    OutputColumns,
     carrier_phases,
-    record_points,
     slow_trajectory,
     torus_motion,
 )
@@ -47,7 +44,7 @@ _FRICTION_ESTIMATES = 4096  # in a run, about: of the error by friction, some ms
 _log = logging.getLogger("slipmode.run")
 
 
-class SlowPass(ComponentPass[Excited]):
+class SlowPass(ComponentPass):
     """Steps of a component through slow time, with stretches at full order.
 
     Without a `component`, it is made for the model.
@@ -60,12 +57,11 @@ class SlowPass(ComponentPass[Excited]):
         model: Model,
         component: Steppable | None = None,
     ) -> None:
-        super().__init__(plan, destination, component or plan.component(model))
+        energy = SlowBalance(plan, model).rows
+        super().__init__(plan, destination, component or plan.component(model), energy)
         self._model = model
         self._error, self._friction = TransientErrors(plan, model), FrictionErrors(plan, model)
         self._allowed = plan.scene.model.transient_error
-        self._balance = SlowBalance(plan, model)
-        self._columns = OutputColumns.of(self._component.output_names, plan.excited.modes)
         slowest, fastest = plan.schedule.frequency_range(plan.excited.modes)
         steps_per_period = 2.0 * np.pi / float(fastest.max()) / plan.scene.run.step
         # the transient error is estimated four times a cycle
@@ -227,11 +223,6 @@ class SlowPass(ComponentPass[Excited]):
         error = said_error(self._plan.excited.modes, stretch.error)
         words = f"full order from {stretch.start:g} to {end:g} s: {error} in slow time"
         self._recorder.event(end, "info", words)
-
-    def _record(self, rows: Floats) -> None:
-        amplitude, power = self._columns.amplitudes(rows), rows[:, self._columns.power]
-        energy = self._balance.rows(power, amplitude, self._recorded)
-        record_points(self._plan, self._recorder, self._recorded, amplitude.view(float), energy)
 
     def _record_window(self, window: Window) -> None:
         slow = self._trajectory()

@@ -6,14 +6,14 @@ import numpy as np
 
 from slipmode.fmu import Component
 from slipmode.rom.arrays import Floats
-from slipmode.runner.plan.tones import ExcitedTones, TonesPlan
+from slipmode.runner.plan.tones import TonesPlan
 from slipmode.runner.scene.keys import Window
 from slipmode.runner.transients.energy import ToneBalance
-from slipmode.runner.transients.motion import FastMotion, OutputColumns, record_points
+from slipmode.runner.transients.motion import FastMotion
 from slipmode.runner.transients.passes.loop import ComponentPass, Destination
 
 
-class TonePass(ComponentPass[ExcitedTones]):
+class TonePass(ComponentPass):
     """A pass of several modes. Forces of contacts follow from their motion."""
 
     steps_per_block = 256  # between recordings: less than a second of work
@@ -28,20 +28,8 @@ class TonePass(ComponentPass[ExcitedTones]):
             tolerance=scene.run.tolerance,
             warned=False,
         )
-        super().__init__(plan, destination, component)
+        super().__init__(plan, destination, component, ToneBalance(plan).rows)
         self._step_to_samples()
-        names = component.output_names
-        self._columns = OutputColumns.of(names, excited.mode_names, excited.modes)
-        self._balance = ToneBalance(excited.reduced)
-
-    def _record(self, rows: Floats) -> None:
-        schedule, tones, first = self._plan.schedule, self._plan.excited.modes, self._recorded
-        points, amplitude = slice(first, first + len(rows)), self._columns.amplitudes(rows)
-        frequency = schedule.at_points([f"frequency_{name}" for name in tones], points)
-        energy = self._balance.rows(
-            schedule.time(points), rows[:, self._columns.power], amplitude, frequency
-        )
-        record_points(self._plan, self._recorder, first, amplitude.view(float), energy)
 
     def _record_window(self, window: Window) -> None:
         reduced, (first, rows) = self._plan.excited.reduced, self._kept()
