@@ -32,9 +32,10 @@ class Plan(Generic[Kind]):
     ----------
     scene, schedule : Scene, Schedule
         Scene, and its forces and frequencies in each communication step.
-    excited : Excited, ExcitedWaves, ExcitedTones or ExcitedBlades
-        What moves: one or two modes, travelling waves, several modes on a tone, or the blades of a
-        mistuned disk; with the forces on them.
+    excited : object
+        What moves, with the forces on it: one or two modes, travelling waves, several modes on a
+        tone (with the attribute `tone_model`), or the blades of a mistuned disk (with `disk`,
+        `force`, `engine_order` and the recorded `dof`).
     decisions : list of Finding
         Decisions and warnings with their reasons.
     amplitude : tuple of float
