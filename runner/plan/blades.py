@@ -57,7 +57,7 @@ class ExcitedBlades:
 
     @property
     def natural(self) -> dict[str, float]:
-        """See `Moving`: the tone is forced."""
+        """See `Moving`."""
         return {"A": 0.0}
 
     @property
@@ -125,39 +125,19 @@ def plan_blades(scene: Scene) -> BladesPlan:
             f"forcing.A.engine_order * rotor_speed: must stay within {percentage(SPAN)} of the "
             f"middle of its range, got {ends} {units.frequency}; use one scene per resonance"
         )
-    at = np.linspace(low, high, _FREQUENCIES)
+    sectors, deviation = structure.sectors, 100 * np.array(scene.mistuning)
+    tuned, at = excited_diameter(order, sectors), np.linspace(low, high, _FREQUENCIES)
+    modes = (
+        f"blade stiffnesses deviate by {deviation.min():+.2f} to {deviation.max():+.2f} %, so the "
+        f"modes are not travelling waves; with equal blades engine order {order} excites nodal "
+        f"diameter {tuned} alone"
+    )
+    each = "each mode of the mistuned disk has its own frequency, and each blade its own amplitude"
+    tables = "over the amplitude of the contact, with its own response to higher harmonics"
     return Plan(scene, schedule, excited).with_decisions(
-        *_responding(excited, scene),
+        Finding("nodal diameters", f"0 to {sectors // 2} respond", modes),
+        Finding("amplitudes", f"{sectors} of each family", each),
+        Finding("contacts", "one friction table per contact of a sector", tables),
         *recording_decisions(scene),
         *resonance_findings(disk.internal_resonance(order, at)),
     )
-
-
-def _responding(excited: ExcitedBlades, scene: Scene) -> list[Finding]:
-    """Return which modes respond, and how their contacts are modelled."""
-    sectors, order, deviation = (
-        excited.disk.structure.sectors,
-        excited.engine_order,
-        np.array(scene.mistuning),
-    )
-    spread = f"{100 * deviation.min():+.2f} to {100 * deviation.max():+.2f} %"
-    return [
-        Finding(
-            "nodal diameters",
-            f"0 to {sectors // 2} respond",
-            f"blade stiffnesses deviate by {spread}, so the modes are not travelling waves; with "
-            f"equal blades engine order {order} excites nodal diameter "
-            f"{excited_diameter(order, sectors)} alone",
-        ),
-        Finding(
-            "amplitudes",
-            f"{sectors} of each family",
-            "each mode of the mistuned disk has its own frequency, and each blade its own "
-            "amplitude",
-        ),
-        Finding(
-            "contacts",
-            "one friction table per contact of a sector",
-            "over the amplitude of the contact, with its own response to higher harmonics",
-        ),
-    ]

@@ -20,7 +20,7 @@ def checked_schedule(scene: Scene, excited: Moving) -> Schedule:
     """Return the schedule of a scene.
 
     Raises SlipmodeError, naming the key, if the structure does not have a recorded DOF, or no run
-    can follow the steps or windows.
+    can follow the forcing, steps or windows.
     """
     for dof in scene.output.elastic:
         if not 0 <= dof < excited.n_dofs:
@@ -28,7 +28,14 @@ def checked_schedule(scene: Scene, excited: Moving) -> Schedule:
                 f"output.elastic: DOF {dof} is out of range, allowed: 0 to {excited.n_dofs - 1}"
             )
     schedule = make_schedule(scene, excited.natural)
-    per_second = float(schedule.frequency_range(excited.modes)[1].max()) / (2 * np.pi)
+    reached, unit = np.array(schedule.frequency_range(excited.modes)), scene.units.frequency
+    for (mode, omega), values in zip(excited.natural.items(), reached.T, strict=True):
+        forcing = scene.forcing.get(mode)
+        by_order = forcing is not None and forcing.engine_order is not None
+        key = f"forcing.{mode}.{'engine_order * rotor_speed' if by_order else 'frequency'}"
+        if omega > 0.0:
+            validity.check_carrier(key, mode, omega, values, unit)
+    per_second = float(reached.max()) / (2 * np.pi)
     longest = 1e6 / per_second  # rounding then changes a phase by 1e-9 in a step
     if scene.run.step > longest:
         raise SlipmodeError(
@@ -42,16 +49,6 @@ def checked_schedule(scene: Scene, excited: Moving) -> Schedule:
             "shorter windows or a smaller samples_per_period"
         )
     return schedule
-
-
-def check_frequencies(scene: Scene, excited: Moving, schedule: Schedule) -> None:
-    """Refuse forcing that is too far from its mode or tone, naming the key."""
-    reached = zip(*schedule.frequency_range(excited.modes), strict=True)
-    for (mode, omega), values in zip(excited.natural.items(), reached, strict=True):
-        forcing, unit = scene.forcing.get(mode), scene.units.frequency
-        by_order = forcing is not None and forcing.engine_order is not None
-        key = f"forcing.{mode}.{'engine_order * rotor_speed' if by_order else 'frequency'}"
-        validity.check_carrier(key, mode, omega, np.array(values), unit)
 
 
 def frequency_findings(plan: ModesPlan) -> list[Finding]:

@@ -36,7 +36,7 @@ class Moving(Protocol):
 
     @property
     def natural(self) -> Mapping[str, float]:
-        """Frequency [rad/s] of each of them, which it has without a force."""
+        """Frequency of each of them without a force [rad/s]; 0 if it always has one."""
 
     @property
     def n_dofs(self) -> int:
@@ -197,10 +197,19 @@ class Excited:
         force, phase, frequency = np.split(given[:, :-1], len(parts), axis=1)
         return Loads(force * phasor(self.modal_force, phase), frequency, given[:, -1:])
 
-    def step_loads(self, schedule: Schedule, steps: slice = slice(None)) -> tuple[Loads, Loads]:
-        """Return the loads at the starts and at the ends of steps."""
-        start = self.loads(partial(schedule.inputs, steps=steps))
-        return start, self.loads(partial(schedule.at_ends, steps=steps))
+    def step_loads(self, schedule: Schedule, steps: slice = slice(None)) -> Loads:
+        """Return the loads at the starts of steps."""
+        return self.loads(partial(schedule.inputs, steps=steps))
+
+    def load_rates(self, schedule: Schedule, steps: slice = slice(None)) -> Loads:
+        """Return the rates of the loads at the starts of steps [1/s]."""
+        parts = ("force", "force_rate", "phase", "phase_rate", "frequency_rate")
+        names = [f"{part}_{mode}" for part in parts for mode in self.modes]
+        given = schedule.inputs([*names, "limit_scale_rate"], steps)
+        size, rate, phase, turning, of_frequency = np.split(given[:, :-1], len(parts), axis=1)
+        per_unit = phasor(self.modal_force, phase)
+        force_rate = rate * per_unit + 1j * turning * (size * per_unit)
+        return Loads(force_rate, of_frequency, given[:, -1:])
 
     def started(self, schedule: Schedule) -> Self:
         """Return the same with the `amplitude` that follows from `initial` and the forces.
@@ -209,7 +218,7 @@ class Excited:
         """
         if self.reduced.formulation == "paper":
             return self
-        start, _ = self.step_loads(schedule, slice(1))
+        start = self.step_loads(schedule, slice(1))
         forces = AppliedForces.of(self.reduced, self.force_patterns)
         at_rest = forces.free_vibration(start.force[0], start.frequency[0])
         return replace(self, amplitude=tuple((np.array(self.initial) + at_rest).tolist()))

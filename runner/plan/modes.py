@@ -42,7 +42,6 @@ def plan_modes(scene: Scene, structure: Structure | None, progress: bool) -> Mod
     else:
         scene, excited, found = _excite(scene, modes, structure, progress)
     schedule = checks.checked_schedule(scene, excited)
-    checks.check_frequencies(scene, excited, schedule)
     plan = Plan(scene, schedule, excited, decisions + found)
     saved, seen = scene.saved_model, None
     if saved is not None:

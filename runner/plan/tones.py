@@ -17,7 +17,7 @@ from slipmode.rom.short_repr import frozen, percentage
 from slipmode.rom.slow.tone.tone_flow import SPAN
 from slipmode.rom.slow.tone.tone_states import ForcedTone
 from slipmode.rom.validity import Finding
-from slipmode.runner.plan.checks import check_frequencies, checked_schedule
+from slipmode.runner.plan.checks import checked_schedule
 from slipmode.runner.plan.excited import Excited
 from slipmode.runner.plan.plan import Plan, recording_decisions
 from slipmode.runner.scene.contacts import law_of
@@ -75,16 +75,12 @@ def plan_tones(scene: Scene, structure: Structure) -> TonesPlan:
     rest = model.modes * (0j,)
     excited = ExcitedTones(names, model.reduced, model.law, forces, rest, rest, model)
     schedule = checked_schedule(scene, excited)
-    check_frequencies(scene, excited, schedule)
     plan = Plan(scene, schedule, excited)
+    tables = "over its amplitude on each tone, with its own response to higher harmonics"
     reached, unit = np.array(schedule.frequency_range(names)), scene.units.frequency
     return plan.with_decisions(
         *(_modes_on_tone(plan, tone) for tone in range(len(names))),
-        Finding(
-            "contacts",
-            "one friction table per contact",
-            "over its amplitude on each tone, with its own response to higher harmonics",
-        ),
+        Finding("contacts", "one friction table per contact", tables),
         *recording_decisions(scene),
         *carrier_findings("forcing.{}.frequency", names, model.carrier, reached, unit),
         *_transients(plan),

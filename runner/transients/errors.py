@@ -21,7 +21,6 @@ from slipmode.rom.slow.transient import TransientError, said_error
 from slipmode.rom.validity import Finding
 from slipmode.runner.plan.plan import ModesPlan
 from slipmode.runner.plan.transients import slow_time_error
-from slipmode.runner.transients.motion import scripted
 
 
 class TransientErrors:
@@ -54,20 +53,18 @@ class TransientErrors:
         the slow flow. All of them are (steps, modes).
         """
         steps = slice(first, first + stride * len(amplitude), stride)
-        script = scripted(self._plan.excited, self._plan.schedule, steps)
+        excited, schedule = self._plan.excited, self._plan.schedule
+        force, frequency, scale = excited.step_loads(schedule, steps)
         if rate is None:
-            inputs = inputs_of(
-                script.force, script.frequency, script.force_rate, script.frequency_rate, angle
-            )
-            inputs["limit_scale"] = script.scale
-            inputs["limit_scale_rate"] = script.scale_rate
+            rising = excited.load_rates(schedule, steps)
+            inputs = inputs_of(force, frequency, rising.force, rising.frequency, angle)
+            inputs["limit_scale"], inputs["limit_scale_rate"] = scale[:, 0], rising.scale[:, 0]
             try:
                 rate = rates(self._flow, inputs, amplitude)
             except SlipmodeError:
                 return np.ones(amplitude.shape)
-        scale = script.scale[:, np.newaxis]
-        acting = (amplitude + self._shift * script.force) / scale
-        error = self._estimate.at(rate / scale, script.frequency, acting)
+        acting = (amplitude + self._shift * force) / scale
+        error = self._estimate.at(rate / scale, frequency, acting)
         return np.asarray(error / np.array(self._plan.amplitude))
 
     def add(self, error: Floats, time: Floats) -> None:
@@ -107,17 +104,16 @@ class FrictionErrors:
     def _error(self, amplitude: Complexes, steps: slice) -> Floats:
         """Return the error of |a_j| (steps, modes); 0 outside the friction table."""
         model = self._model
-        script = scripted(self._plan.excited, self._plan.schedule, steps)
-        flow = ForcedFlow.of(model, script.frequency, script.force, self._shift)
-        flow.inputs["limit_scale"] = script.scale
-        scale = script.scale[:, np.newaxis]
+        force, frequency, scale = self._plan.excited.step_loads(self._plan.schedule, steps)
+        flow = ForcedFlow.of(model, frequency, force, self._shift)
+        flow.inputs["limit_scale"] = scale[:, 0]
         effective = np.minimum(
             np.abs(flow.effective(amplitude)) / scale, model.table.amplitude_range
         )
-        distance = np.abs(script.frequency / model.reduced.carrier - 1.0).max(axis=1)
+        distance = np.abs(frequency / model.reduced.carrier - 1.0).max(axis=1)
         stated = model.accuracy.total + model.detuning_error(distance)[:, np.newaxis]
         beyond = np.maximum(stated - model.accuracy.tolerance, 0.0) * model.error_scale(effective)
-        factor, now = coupling_factor(model.reduced, script.frequency), flow.balance(amplitude)
+        factor, now = coupling_factor(model.reduced, frequency), flow.balance(amplitude)
         change = np.abs(factor * scale * beyond / now.mass)
         _, jacobian = flow.rate_and_jacobian(amplitude)
         return np.nan_to_num(curve_displacement(jacobian, change)[0])

@@ -125,11 +125,11 @@ class FullOrder:
 
     @cached_property
     def jumps(self) -> Floats:
-        """Times at which forces or frequencies jump [s]."""
+        """Times at which forces or frequencies, the first two `Loads`, jump [s]."""
         straight, excited = self._plan.schedule.stretches(), self._plan.excited
         found = np.zeros(straight.steps, dtype=bool)
-        before, after = excited.step_loads(straight)
-        for start, end in zip(before[:2], after[:2], strict=True):  # forces, and frequencies
+        ends = excited.loads(straight.at_ends)
+        for start, end in zip(excited.step_loads(straight)[:2], ends[:2], strict=True):
             size = np.maximum(np.abs(start).max(axis=0), np.abs(end).max(axis=0))
             jump = np.abs(start[1:] - end[:-1]) > 1e-9 * size  # less is rounding
             found[1:] |= np.any(jump, axis=1)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import fields
+from functools import partial
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
@@ -13,7 +14,7 @@ from slipmode.rom import Model, Reduced
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.laws.elements import Elements
 from slipmode.rom.laws.states import STATES, contact_states
-from slipmode.rom.reduction.force_response import AppliedForces, phasor
+from slipmode.rom.reduction.force_response import AppliedForces
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.motion import SPIN_UP_PERIODS, reconstruct
 from slipmode.rom.slow.trajectory import SlowTrajectory
@@ -21,7 +22,6 @@ from slipmode.rom.validity import Finding
 from slipmode.runner.commands.command_words import command_words
 from slipmode.runner.plan.excited import Excited, contact_channels, tangents
 from slipmode.runner.plan.plan import ModesPlan, Plan
-from slipmode.runner.scene.schedule import Schedule
 
 # Shares of states are then within 0.3 % (tests/runner/scene/test_shared_tone.py).
 _STEPS_PER_SAMPLE = 8
@@ -155,47 +155,24 @@ def slow_trajectory(
     steps = slice(first, first + len(outputs) - 1)
     columns = OutputColumns.of(names, excited)
     force_response = AppliedForces.of(model.reduced, excited.force_patterns, excited.structure)
-    script, angle = scripted(excited, schedule, steps), outputs[:, columns.angle]
-    before = slice(max(first - 1, 0), steps.stop)
-    start, end = excited.step_loads(schedule, before)
-    onset = start.force[1:] - end.force[:-1]
-    if first == 0:
-        onset = np.vstack((np.zeros_like(start.force[:1]), onset))
+    now, rate = excited.step_loads(schedule, steps), excited.load_rates(schedule, steps)
+    last = slice(max(first - 1, 0), max(steps.stop - 1, 0))
+    before = excited.loads(partial(schedule.at_ends, steps=last)).force
+    onset = now.force - (before if first else np.vstack((now.force[:1], before)))
+    angle = outputs[:, columns.angle]
     return SlowTrajectory(
         time=schedule.time(slice(first, steps.stop + 1)),
         amplitude=columns.amplitudes(outputs),
         angle=angle,
-        **vars(script),
+        frequency=now.frequency,
+        frequency_rate=rate.frequency,
+        force=now.force,
+        force_rate=rate.force,
         force_response=force_response,
-        discontinuity=force_response.free_vibration(onset, script.frequency, angle[:-1]),
+        discontinuity=force_response.free_vibration(onset, now.frequency, angle[:-1]),
+        scale=now.scale[:, 0],
+        scale_rate=rate.scale[:, 0],
     )
-
-
-@frozen
-class Script:
-    """Forcing and limits at the start of each step; see `SlowTrajectory`."""
-
-    # force, force_rate, frequency, frequency_rate: (steps, modes)
-    force: Complexes
-    force_rate: Complexes
-    frequency: Floats
-    frequency_rate: Floats
-    # scale, scale_rate: (steps,): Limits and preloads relative to the model's
-    scale: Floats
-    scale_rate: Floats
-
-
-def scripted(excited: Excited, schedule: Schedule, steps: slice = slice(None)) -> Script:
-    """Return the forcing of the modes, and the limits, by the script of the scene."""
-    quantities = ("force", "force_rate", "phase", "phase_rate", "frequency", "frequency_rate")
-    names = [f"{quantity}_{mode}" for quantity in quantities for mode in excited.modes]
-    found = np.split(schedule.inputs(names, steps), len(quantities), axis=1)
-    size, size_rate, phase, phase_rate, frequency, frequency_rate = found
-    per_unit = phasor(excited.modal_force, phase)
-    force = size * per_unit
-    force_rate = size_rate * per_unit + 1j * phase_rate * force
-    scale, scale_rate = schedule.inputs(("limit_scale", "limit_scale_rate"), steps).T
-    return Script(force, force_rate, frequency, frequency_rate, scale, scale_rate)
 
 
 def carrier_phases(trajectory: SlowTrajectory, times: Floats) -> Floats:
