@@ -25,11 +25,10 @@ from slipmode.runner.scene.schedule import Schedule
 class DryRun:
     """Results of a run on a coarse table."""
 
-    amplitude: tuple[float, ...]  # Range that the friction table needs [kg^1/2 m]
     # (modes,): The largest effective amplitudes at the contacts, relative to the scale of the
     # friction limits at their time [kg^1/2 m]
     reached: Floats
-    reason: str
+    inside: bool  # Whether the run stayed inside the table
     # (modes,): |Q_j| / omega_j^2 at the largest amplitudes: the share of a mode's stiffness due to
     # contacts
     contact_share: Floats
@@ -45,12 +44,13 @@ def dry_run(
     combinations: Sequence[CombinationResonance] = (),
     *,
     progress: bool = False,
-) -> DryRun:
+) -> tuple[tuple[float, ...], DryRun]:
     """Run a schedule on a coarse table, whose range is doubled until the run stays inside.
 
-    If contacts do not settle at amplitudes of the first guess, which the run need not reach, the
-    range is halved instead. Raises SlipmodeError if the amplitudes grow without bound, a step
-    cannot be taken on any table, or contacts do not settle at amplitudes that the run reaches.
+    Returns the range (modes,) that the friction table needs [kg^1/2 m], and the run. If contacts
+    do not settle at amplitudes of the first guess, which the run need not reach, the range is
+    halved instead. Raises SlipmodeError if the amplitudes grow without bound, a step cannot be
+    taken on any table, or contacts do not settle at amplitudes that the run reaches.
     """
     tried = _first_guess(excited, schedule)
     smallest = np.maximum(tried / 8.0, np.abs(excited.amplitude))  # half the onset of slip
@@ -72,40 +72,36 @@ def dry_run(
                 raise
             unsettled, tried = refusal, 0.5 * tried
             continue
-        reached, transient, complete = _path(excited, coarse, schedule)
-        if complete:
+        seen = run_on(excited, schedule, coarse)
+        if seen.inside:
             break
         if unsettled is not None:
             raise unsettled
-        tried = np.where(reached > 0.5 * tried, 2.0 * tried, tried)
+        tried = np.where(seen.reached > 0.5 * tried, 2.0 * tried, tried)
         if np.any(tried > largest):
             raise _unbounded(excited)
     # a self-excited mode that stays at rest may be started by an importer of its FMU
-    rests = (reached == 0.0) & self_excited
-    least = np.maximum(1.15 * reached, np.where(rests, 1.0, 1e-2) * tried)
+    rests = (seen.reached == 0.0) & self_excited
+    least = np.maximum(1.15 * seen.reached, np.where(rests, 1.0, 1e-2) * tried)
     # two digits: small changes of a scene share a table
-    amplitude = tuple(round_up(float(value)) for value in least)
-    reason = f"a dry run on a coarse table reaches {_shown(excited, reached)}; the margin is 15 %"
-    share = _contact_share(excited, coarse, reached)
-    return DryRun(amplitude, reached, reason, share, *transient)
+    return tuple(round_up(float(value)) for value in least), seen
 
 
-def run_on_saved_model(excited: Excited, schedule: Schedule, model: Model) -> tuple[DryRun, bool]:
-    """Run a schedule on a saved model; also return whether it stays inside its table."""
-    reached, transient, complete = _path(excited, model, schedule)
-    reason = f"model.file; the scene reaches {_shown(excited, reached)}"
-    share = _contact_share(excited, model, np.minimum(reached, model.table.amplitude_range))
-    amplitude = tuple(model.table.amplitude_range.tolist())
-    return DryRun(amplitude, reached, reason, share, *transient), complete
-
-
-def _shown(excited: Excited, reached: Floats) -> str:
-    return ", ".join(f"|{m}| = {r:.3g}" for m, r in zip(excited.modes, reached, strict=True))
-
-
-def _contact_share(excited: Excited, model: Model, reached: Floats) -> Floats:
-    share = np.abs(model.table(reached)) / np.where(reached > 0, reached, 1.0)
-    return np.asarray(share / excited.reduced.frequency**2)
+def run_on(excited: Excited, schedule: Schedule, model: Model) -> DryRun:
+    """Run a schedule on the table of a model."""
+    short, ends = shortened(schedule, model, excited.modes), model.table.amplitude_range
+    # steps are then short enough to show peaks and changes within a cycle
+    path = excited.follow(model, short, 5e-10)
+    if path.stop is not None and not path.stop.left_table:
+        raise SlipmodeError(f"run: {path.stop}")
+    effective, error = along_run(excited, model, short, path)
+    reached: Floats = effective.max(axis=0)
+    if path.stop is not None and not np.any(reached > 0.5 * ends):
+        reached = ends  # it left within one step, in an unknown direction
+    within = np.minimum(reached, ends)
+    share = np.abs(model.table(within)) / np.where(within > 0, within, 1.0)
+    share /= excited.reduced.frequency**2
+    return DryRun(reached, path.stop is None, share, _in_scene(path.time, short, schedule), error)
 
 
 def _unbounded(excited: Excited) -> SlipmodeError:
@@ -133,27 +129,6 @@ def _first_guess(excited: Excited, schedule: Schedule) -> Floats:
     force = np.abs(excited.modal_force) * np.abs(scripted).max(axis=0)
     static = np.maximum(0.5 * force / frequency**2, 1.5 * np.abs(excited.amplitude))
     return np.asarray(np.maximum(np.where(np.isfinite(first), 4.0 * first, 0.0), static))
-
-
-def _path(
-    excited: Excited, model: Model, schedule: Schedule
-) -> tuple[Floats, tuple[Floats, Floats], bool]:
-    """Follow a schedule on a coarse table.
-
-    Returns the largest effective amplitudes (modes,), relative to the limits at their time;
-    `time` and `transient_error` of `DryRun`; and whether the run stayed inside the table.
-    """
-    short = shortened(schedule, model, excited.modes)
-    # steps are then short enough to show peaks and changes within a cycle
-    path = excited.follow(model, short, 5e-10)
-    complete = path.stop is None
-    if path.stop is not None and not path.stop.left_table:
-        raise SlipmodeError(f"run: {path.stop}")
-    effective, error = along_run(excited, model, short, path)
-    reached: Floats = effective.max(axis=0)
-    if not complete and not np.any(reached > 0.5 * model.table.amplitude_range):
-        reached = model.table.amplitude_range  # it left within one step, in an unknown direction
-    return reached, (_in_scene(path.time, short, schedule), error), complete
 
 
 def along_run(

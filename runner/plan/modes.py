@@ -21,7 +21,7 @@ from slipmode.rom.short_repr import percentage
 from slipmode.rom.table.quasi_static import check_force_patterns
 from slipmode.rom.validity import Finding, frictionless_findings
 from slipmode.runner.plan import checks
-from slipmode.runner.plan.amplitude_range import DryRun, dry_run, run_on_saved_model
+from slipmode.runner.plan.amplitude_range import DryRun, dry_run, run_on
 from slipmode.runner.plan.excited import Excited, initial_amplitudes, listed
 from slipmode.runner.plan.plan import ModesPlan, Plan, recording_decisions
 from slipmode.runner.plan.transients import plan_transients
@@ -102,8 +102,9 @@ def _tabulated(plan: ModesPlan, progress: bool) -> tuple[ModesPlan, DryRun | Non
         plan = replace(plan, combinations=excited.combinations(schedule))
     seen = None
     if scene.model.amplitude is None:
-        seen = dry_run(excited, schedule, plan.combinations, progress=progress)
-        amplitude, reason = seen.amplitude, seen.reason
+        amplitude, seen = dry_run(excited, schedule, plan.combinations, progress=progress)
+        reached = _listed(excited.modes, " = {:.3g}", seen.reached)
+        reason = f"a dry run on a coarse table reaches {reached}; the margin is 15 %"
     else:
         amplitude = tuple(scene.model.amplitude["AB".index(mode)] for mode in excited.modes)
         reason = "given as model.amplitude"
@@ -128,11 +129,15 @@ def _on_saved_model(plan: ModesPlan, model: Model) -> tuple[ModesPlan, DryRun]:
         excited.component(model, plan.scene.run.tolerance)  # refuses a start outside the table
     with naming("forcing"):
         check_force_patterns(model, AppliedForces.of(model.reduced, excited.force_patterns))
-    seen, inside = run_on_saved_model(excited, plan.schedule, model)
+    seen, amplitude = (
+        run_on(excited, plan.schedule, model),
+        tuple(model.table.amplitude_range.tolist()),
+    )
+    reason = f"model.file; the scene reaches {_listed(excited.modes, ' = {:.3g}', seen.reached)}"
     plan = replace(
-        plan, excited=excited, amplitude=seen.amplitude, combinations=model.combinations
-    ).with_decisions(_range(excited.modes, seen.amplitude, seen.reason))
-    if not inside:
+        plan, excited=excited, amplitude=amplitude, combinations=model.combinations
+    ).with_decisions(_range(excited.modes, amplitude, reason))
+    if not seen.inside:
         reason = "the run ends there. Reduce the forcing, or save a model with a larger range"
         choice = "leave the range of model.file"
         plan = plan.with_decisions(Finding("amplitudes", choice, reason, "warning"))
@@ -143,8 +148,11 @@ def _on_saved_model(plan: ModesPlan, model: Model) -> tuple[ModesPlan, DryRun]:
 
 
 def _range(modes: Sequence[Mode], amplitude: Sequence[float], reason: str) -> Finding:
-    ranges = ", ".join(f"|{m}| <= {a:g}" for m, a in zip(modes, amplitude, strict=True))
-    return Finding("friction table", ranges, reason)
+    return Finding("friction table", _listed(modes, " <= {:g}", amplitude), reason)
+
+
+def _listed(modes: Sequence[Mode], form: str, amplitude: Sequence[float] | Floats) -> str:
+    return ", ".join(f"|{m}|{form.format(a)}" for m, a in zip(modes, amplitude, strict=True))
 
 
 def _modes(scene: Scene) -> tuple[tuple[Mode, ...], list[Finding]]:
@@ -157,7 +165,6 @@ def _modes(scene: Scene) -> tuple[tuple[Mode, ...], list[Finding]]:
         forced = forcing is not None and forcing.amplitude.range(0.0, scene.run.duration)[1] > 0
         moved = forced or scene.initial.get(mode, 0.0) != 0.0
         moves = moves or moved
-        choice = "modelled"
         if moved or scene.aerodynamics.get(mode, 0j).imag < 0.0:
             why = "forcing" if forced else "initial" if moved else "aerodynamics"
             reason = f"moved by {why}.{mode}"
@@ -166,11 +173,11 @@ def _modes(scene: Scene) -> tuple[tuple[Mode, ...], list[Finding]]:
         elif scene.saved_model is not None:
             reason = "part of model.file; neither forced nor moving at t = 0"
         else:
-            choice = "left out"
             reason = "neither forced nor moving at t = 0; the contact stiffness includes it"
-        if choice == "modelled":
-            modes.append(mode)
-        decisions.append(Finding(f"mode {mode}", choice, reason))
+            decisions.append(Finding(f"mode {mode}", "left out", reason))
+            continue
+        modes.append(mode)
+        decisions.append(Finding(f"mode {mode}", "modelled", reason))
     if not moves:
         raise SlipmodeError(
             "forcing: no mode moves; give forcing.A.amplitude or initial.A a value other than 0"

@@ -21,6 +21,7 @@ from slipmode.rom.slow.transient import TransientError, said_error
 from slipmode.rom.validity import Finding
 from slipmode.runner.plan.plan import ModesPlan
 from slipmode.runner.plan.transients import slow_time_error
+from slipmode.runner.transients.motion import OutputColumns
 
 
 class TransientErrors:
@@ -29,8 +30,8 @@ class TransientErrors:
     It keeps the largest error in slow time, and when it exceeds the allowed one.
     """
 
-    def __init__(self, plan: ModesPlan, model: Model) -> None:
-        self._plan = plan
+    def __init__(self, plan: ModesPlan, model: Model, columns: OutputColumns) -> None:
+        self._plan, self._columns = plan, columns
         self._flow = slow_flow(model, plan.excited.force_patterns)
         self._estimate = TransientError.of(*plan.excited.contacts)
         self._shift = AppliedForces.of(model.reduced, plan.excited.force_patterns).shift
@@ -67,12 +68,16 @@ class TransientErrors:
         error = self._estimate.at(rate / scale, frequency, acting)
         return np.asarray(error / np.array(self._plan.amplitude))
 
-    def add(self, error: Floats, time: Floats) -> None:
-        """Add errors (steps, modes) in steps between times (steps + 1,)."""
+    def add(self, rows: Floats, counted: Flags, first: int, stride: int) -> None:
+        """Add outputs at the starts of every `stride` steps from `first` on, if they count."""
+        amplitude, angle = self._columns.amplitudes(rows), rows[:, self._columns.angle]
+        error = self.at(amplitude, angle, first, stride) * counted[:, np.newaxis]
         self._largest = np.maximum(self._largest, error.max(axis=0, initial=0.0))
+        time = self._plan.schedule.time(slice(first, first + stride * len(rows) + 1))
+        ends = np.append(time[:-1:stride], time[-1])
         allowed = self._plan.scene.model.transient_error
         for k in np.flatnonzero(np.any(error > allowed, axis=1)):
-            start, end = float(time[k]), float(time[k + 1])
+            start, end = float(ends[k]), float(ends[k + 1])
             if self._above and start - self._above[-1][1] <= self._gap:
                 start = self._above.pop()[0]
             self._above.append((start, end))
@@ -89,15 +94,16 @@ class TransientErrors:
 class FrictionErrors:
     """The RMS error of the amplitudes of a run due to friction errors beyond the tolerance."""
 
-    def __init__(self, plan: ModesPlan, model: Model) -> None:
-        self._plan, self._model = plan, model
+    def __init__(self, plan: ModesPlan, model: Model, columns: OutputColumns) -> None:
+        self._plan, self._model, self._columns = plan, model, columns
         self._shift = AppliedForces.of(model.reduced, plan.excited.force_patterns).shift
         self._squares = np.zeros((2, model.modes))  # of errors, and of amplitudes
 
-    def add(self, amplitude: Complexes, in_slow_time: Flags, first: int, stride: int) -> None:
-        """Add amplitudes (steps, modes) at the starts of every `stride` steps from `first` on."""
-        steps = slice(first, first + stride * len(amplitude), stride)
-        error = self._error(amplitude, steps) * in_slow_time[:, np.newaxis]
+    def add(self, rows: Floats, counted: Flags, first: int, stride: int) -> None:
+        """Add outputs at the starts of every `stride` steps from `first` on, if they count."""
+        amplitude = self._columns.amplitudes(rows)
+        steps = slice(first, first + stride * len(rows), stride)
+        error = self._error(amplitude, steps) * counted[:, np.newaxis]
         size = np.abs(amplitude)
         self._squares += (np.minimum(error, size) ** 2).sum(axis=0), (size**2).sum(axis=0)
 

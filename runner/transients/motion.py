@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import fields
 from functools import partial
 from typing import TYPE_CHECKING, Self
@@ -18,8 +18,6 @@ from slipmode.rom.reduction.force_response import AppliedForces
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.motion import SPIN_UP_PERIODS, reconstruct
 from slipmode.rom.slow.trajectory import SlowTrajectory
-from slipmode.rom.validity import Finding
-from slipmode.runner.commands.command_words import command_words
 from slipmode.runner.plan.excited import Excited, contact_channels, tangents
 from slipmode.runner.plan.plan import ModesPlan, Plan
 
@@ -50,13 +48,6 @@ class FastMotion:
         """Return motions that follow one another as one."""
         names = [field.name for field in fields(cls)]
         return cls(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
-
-
-def record_findings(recorder: Recorder, found: Iterable[Finding]) -> None:
-    """Record the warnings of a plan and a model as events at t = 0."""
-    for each in found:
-        if each.level != "info":
-            recorder.event(0.0, each.level, command_words(each.line()))
 
 
 def record_points(

@@ -17,6 +17,7 @@ from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.laws.elements import Elements
 from slipmode.rom.progress import progress_bar
 from slipmode.rom.slow.motion import SPIN_UP_PERIODS
+from slipmode.runner.commands.command_words import command_words
 from slipmode.runner.plan.excited import Excited
 from slipmode.runner.plan.plan import Kind, ModesPlan, Plan
 from slipmode.runner.recording import channels
@@ -27,7 +28,6 @@ from slipmode.runner.transients.motion import (
     OutputColumns,
     force_along,
     record_contacts,
-    record_findings,
     record_points,
     shares_in_words,
 )
@@ -107,7 +107,9 @@ class Pass(ABC, Generic[Kind]):
     def _advance(self) -> Iterator[int]:
         """Integrate and record; yield the number of communication points each time."""
         self._recorder.event(0.0, "info", f"{self._plan.scene.title}: {self._plan.summary}")
-        record_findings(self._recorder, self._plan.decisions)  # `run` has printed them
+        for each in self._plan.decisions:
+            if each.level != "info":  # `run` has printed them
+                self._recorder.event(0.0, each.level, command_words(each.line()))
         self._keep(self._first_row())
         steps = self._schedule.steps
         for last in [*range(self.steps_per_block, steps, self.steps_per_block), steps]:

@@ -60,13 +60,16 @@ class SlowPass(ComponentPass):
         energy = SlowBalance(plan, model).rows
         super().__init__(plan, destination, component or plan.component(model), energy)
         self._model = model
-        self._error, self._friction = TransientErrors(plan, model), FrictionErrors(plan, model)
+        self._error = TransientErrors(plan, model, self._columns)
+        self._friction = FrictionErrors(plan, model, self._columns)
         self._allowed = plan.scene.model.transient_error
         slowest, fastest = plan.schedule.frequency_range(plan.excited.modes)
         steps_per_period = 2.0 * np.pi / float(fastest.max()) / plan.scene.run.step
-        # the transient error is estimated four times a cycle
-        self._estimate_every = max(int(0.25 * steps_per_period), 1)
-        self._friction_every = max(plan.schedule.steps // _FRICTION_ESTIMATES, 1)
+        # errors, and in how many steps they are estimated once: in transients four times a cycle
+        self._estimates = (
+            (self._error, max(int(0.25 * steps_per_period), 1)),
+            (self._friction, max(plan.schedule.steps // _FRICTION_ESTIMATES, 1)),
+        )
         at_once = max(int(_PERIODS_PER_BLOCK * steps_per_period), 1)
         self.steps_per_block = min(at_once, self.steps_per_block)
         self._cycle = 2.0 * np.pi / float(slowest.min())
@@ -186,22 +189,12 @@ class SlowPass(ComponentPass):
 
     def _note(self, starts: Floats, first: int) -> None:
         """Estimate the errors at the starts of steps in slow time."""
-        last = first + len(starts)
-        every = self._friction_every
-        number = first + -first % every
-        if number < last:
-            time = self._schedule.time(slice(number, last, every))
-            in_slow_time = self._stretch_numbers(time) % 2 == 0
-            amplitude = self._columns.amplitudes(starts[number - first :: every])
-            self._friction.add(amplitude, in_slow_time, number, every)
-        every = self._estimate_every
-        some = starts[::every]
-        amplitude, angle = self._columns.amplitudes(some), some[:, self._columns.angle]
-        error = self._error.at(amplitude, angle, first, every)
-        time = self._schedule.time(slice(first, last + 1))
-        time = np.append(time[:-1:every], time[-1])
-        error[self._stretch_numbers(time[:-1]) % 2 == 1] = 0.0
-        self._error.add(error, time)
+        for errors, stride in self._estimates:
+            number = first + -first % stride
+            some = starts[number - first :: stride]
+            if len(some):
+                time = self._schedule.time(slice(number, first + len(starts), stride))
+                errors.add(some, self._stretch_numbers(time) % 2 == 0, number, stride)
 
     def _end(self) -> None:
         plan, recorder, now = self._plan, self._recorder, self._time_at(self._point)
