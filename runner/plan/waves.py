@@ -37,6 +37,15 @@ class ExcitedWaves(Excited):
 
     sector: SectorWaves  # The waves under their forces, and the contacts of a sector
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Return what makes the same waves in other processes; modes are computed again there."""
+        carriers = [
+            (each.wave.nodal_diameter, each.wave.mode, each.frequency, each.force)
+            for each in self.sector.carriers
+        ]
+        alike = self.modes, self.force_patterns, self.initial, self.amplitude
+        return _made_again, (self.disk, self.contacts[1], carriers, alike)
+
     @property
     def disk(self) -> CyclicStructure:
         """Disk of the waves."""
@@ -80,6 +89,16 @@ class ExcitedWaves(Excited):
         """See `Excited.model`; of the options, waves need the headroom alone."""
         ends = extended_range(amplitude, options.get("headroom", 1.0))
         return cached_waves(self.sector.carriers, ends.tolist(), tolerance)
+
+
+def _made_again(
+    disk: CyclicStructure, law: Elastic, given: list[Any], alike: tuple[Any, ...]
+) -> ExcitedWaves:
+    """Return waves from what `ExcitedWaves.__reduce__` returns."""
+    carriers = tuple(Carrier(travelling_wave(disk, law, k, m), *rest) for k, m, *rest in given)
+    modes, *others = alike
+    sector = SectorWaves(carriers)
+    return ExcitedWaves(modes, reduced_waves(carriers), NoContacts(), *others, sector)
 
 
 def excite_waves(scene: Scene, modes: tuple[Mode, ...]) -> tuple[Scene, ExcitedWaves]:
