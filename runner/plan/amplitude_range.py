@@ -11,12 +11,12 @@ from slipmode.fmu.inputs import rate_of
 from slipmode.rom import Model, SlipmodeError
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import UnsettledError
-from slipmode.rom.reduction.combination import CombinationResonance
 from slipmode.rom.reduction.force_response import AppliedForces
 from slipmode.rom.representable import round_up
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.transient import TransientError, friction_threshold
 from slipmode.runner.plan.excited import Excited, Path
+from slipmode.runner.plan.plan import ModesPlan
 from slipmode.runner.recording.channels import Mode
 from slipmode.runner.scene.schedule import Schedule
 
@@ -38,20 +38,15 @@ class DryRun:
     transient_error: Floats
 
 
-def dry_run(
-    excited: Excited,
-    schedule: Schedule,
-    combinations: Sequence[CombinationResonance] = (),
-    *,
-    progress: bool = False,
-) -> tuple[tuple[float, ...], DryRun]:
-    """Run a schedule on a coarse table, whose range is doubled until the run stays inside.
+def dry_run(plan: ModesPlan, progress: bool) -> tuple[tuple[float, ...], DryRun]:
+    """Run a scene on a coarse table, whose range is doubled until the run stays inside.
 
     Returns the range (modes,) that the friction table needs [kg^1/2 m], and the run. If contacts
     do not settle at amplitudes of the first guess, which the run need not reach, the range is
     halved instead. Raises SlipmodeError if the amplitudes grow without bound, a step cannot be
     taken on any table, or contacts do not settle at amplitudes that the run reaches.
     """
+    excited, schedule = plan.excited, plan.schedule
     tried = _first_guess(excited, schedule)
     smallest = np.maximum(tried / 8.0, np.abs(excited.amplitude))  # half the onset of slip
     self_excited = excited.reduced.modal_damping < 0.0
@@ -63,7 +58,7 @@ def dry_run(
             coarse, _ = excited.model(
                 tried.tolist(),
                 0.05,  # the error in amplitude is well inside the margin
-                combinations=combinations,
+                combinations=plan.combinations,
                 detuning=False,
                 progress=progress,
             )

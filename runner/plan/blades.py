@@ -21,7 +21,6 @@ from slipmode.runner.plan.plan import Plan, recording_decisions
 from slipmode.runner.recording import channels
 from slipmode.runner.recording.channels import Channel, Mode, Moved
 from slipmode.runner.scene.contacts import law_of
-from slipmode.runner.scene.schedule import Schedule
 from slipmode.runner.scene.sections import Scene
 
 # Highest frequency of modes that respond with their inertia, relative to the forcing frequency.
@@ -44,12 +43,15 @@ class ExcitedBlades:
         Engine order of the force.
     dof : int
         DOF of every blade that is recorded: from [output], or where the force is largest.
+    frequency : (float, float)
+        Smallest and largest forcing frequency [rad/s].
     """
 
     disk: MistunedDisk
     force: Floats
     engine_order: int
     dof: int
+    frequency: tuple[float, float]
 
     kind: ClassVar[str] = "blades"
 
@@ -79,23 +81,16 @@ class ExcitedBlades:
         """See `Moving`: recordings have displacements of blades, not amplitudes of modes."""
         return {}
 
-    def flow(self, frequency: tuple[float, float], tolerance: float) -> ToneFlow:
-        """Return the disk at rest, with the middle of a range [rad/s] as reference frequency."""
+    def flow(self, tolerance: float) -> ToneFlow:
+        """Return the disk at rest, with the middle of the frequencies as reference frequency."""
+        middle = 0.5 * sum(self.frequency)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", ValidityWarning)  # the plan has this finding
-            return self.disk.flow(
-                0.5 * sum(frequency), self.engine_order, self.force, tolerance=tolerance
-            )
+            return self.disk.flow(middle, self.engine_order, self.force, tolerance=tolerance)
 
 
 # Plan of a mistuned disk.
 BladesPlan = Plan[ExcitedBlades]
-
-
-def forcing_range(schedule: Schedule) -> tuple[float, float]:
-    """Return the smallest and the largest forcing frequency of a mistuned disk [rad/s]."""
-    low, high = schedule.frequency_range(("A",))
-    return float(low[0]), float(high[0])
 
 
 def plan_blades(scene: Scene) -> BladesPlan:
@@ -111,13 +106,12 @@ def plan_blades(scene: Scene) -> BladesPlan:
         )
     forcing = scene.forcing["A"]
     force, order = forcing.vector(structure.free_dofs.size), cast(int, forcing.engine_order)
-    highest = _HIGHEST * forcing.frequency.range(0.0, scene.run.duration)[1]
+    low, high = forcing.frequency.range(0.0, scene.run.duration)
     with naming("structure"):
-        disk = MistunedDisk(structure, law, scene.mistuning, highest)
+        disk = MistunedDisk(structure, law, scene.mistuning, _HIGHEST * high)
     dof = scene.output.elastic[0] if scene.output.elastic else int(np.abs(force).argmax())
-    excited = ExcitedBlades(disk, force, order, dof)
+    excited = ExcitedBlades(disk, force, order, dof, (low, high))
     schedule = checked_schedule(scene, excited)
-    low, high = forcing_range(schedule)
     if high - low > SPAN * (high + low):
         units = scene.units
         ends = " to ".join(f"{units.of_frequency(each):.6g}" for each in (low, high))

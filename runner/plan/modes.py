@@ -99,18 +99,17 @@ def _tabulated(plan: ModesPlan, progress: bool) -> tuple[ModesPlan, DryRun | Non
     scene, excited, schedule = plan.scene, plan.excited, plan.schedule
     if scene.model.formulation == "consistent":
         excited = excited.at_carriers(schedule.mean_frequency(excited.modes)).started(schedule)
-        plan = replace(plan, combinations=excited.combinations(schedule))
+        plan = replace(plan, excited=excited, combinations=excited.combinations(schedule))
     seen = None
     if scene.model.amplitude is None:
-        amplitude, seen = dry_run(excited, schedule, plan.combinations, progress=progress)
+        amplitude, seen = dry_run(plan, progress)
         reached = _listed(excited.modes, " = {:.3g}", seen.reached)
         reason = f"a dry run on a coarse table reaches {reached}; the margin is 15 %"
     else:
         amplitude = tuple(scene.model.amplitude["AB".index(mode)] for mode in excited.modes)
         reason = "given as model.amplitude"
-    plan = replace(plan, excited=excited, amplitude=amplitude).with_decisions(
-        excited.other_modes(), _range(excited.modes, amplitude, reason)
-    )
+    found = _range(excited.modes, amplitude, reason)
+    plan = replace(plan, amplitude=amplitude).with_decisions(excited.other_modes(), found)
     if scene.disk is None:
         plan = plan.with_decisions(*_combinations(plan))
     if not plan.detuning:

@@ -43,8 +43,8 @@ class ExcitedWaves(Excited):
             (each.wave.nodal_diameter, each.wave.mode, each.frequency, each.force)
             for each in self.sector.carriers
         ]
-        alike = self.modes, self.force_patterns, self.initial, self.amplitude
-        return _made_again, (self.disk, self.contacts[1], carriers, alike)
+        alike = self.force_patterns, self.initial, self.amplitude
+        return _made_again, (self.disk, self.contacts[1], carriers, self.modes, *alike)
 
     @property
     def disk(self) -> CyclicStructure:
@@ -92,13 +92,13 @@ class ExcitedWaves(Excited):
 
 
 def _made_again(
-    disk: CyclicStructure, law: Elastic, given: list[Any], alike: tuple[Any, ...]
+    disk: CyclicStructure, law: Elastic, given: list[Any], modes: tuple[Mode, ...], *alike: Any
 ) -> ExcitedWaves:
     """Return waves from what `ExcitedWaves.__reduce__` returns."""
     carriers = tuple(Carrier(travelling_wave(disk, law, k, m), *rest) for k, m, *rest in given)
-    modes, *others = alike
+    reduced, (patterns, initial, amplitude) = reduced_waves(carriers), alike
     sector = SectorWaves(carriers)
-    return ExcitedWaves(modes, reduced_waves(carriers), NoContacts(), *others, sector)
+    return ExcitedWaves(modes, reduced, NoContacts(), patterns, initial, amplitude, sector)
 
 
 def excite_waves(scene: Scene, modes: tuple[Mode, ...]) -> tuple[Scene, ExcitedWaves]:

@@ -23,7 +23,7 @@ from slipmode.rom.full.convergence import relative_rms
 from slipmode.rom.full.structures import Projection
 from slipmode.rom.short_repr import frozen, percentage
 from slipmode.rom.structure.matrices import as_dense
-from slipmode.runner.plan.blades import forcing_range, plan_blades
+from slipmode.runner.plan.blades import plan_blades
 from slipmode.runner.plan.excited import contact_channels
 from slipmode.runner.plan.plan import Intervals, ModesPlan
 from slipmode.runner.plan.planning import plan_scene
@@ -163,7 +163,7 @@ def _validate_blades(scene: Scene, output: str | PathLike[str], *, progress: boo
     """Run a scene of a mistuned disk both ways. The recording has the slow motion alone."""
     plan = plan_blades(scene)
     if not scene.windows:
-        last = _last_periods(scene, forcing_range(plan.schedule)[0])
+        last = _last_periods(scene, plan.excited.frequency[0])
         scene = replace(scene, elastic=(last,))
     named = replace(scene, name=f"{scene.name}.validation", log=replace(scene.log, mcap=True))
     recording = run(named, output, progress=progress)

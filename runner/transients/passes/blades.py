@@ -9,7 +9,7 @@ import numpy as np
 from slipmode.rom.arrays import Floats
 from slipmode.rom.laws.elements import joined
 from slipmode.rom.laws.states import contact_states
-from slipmode.runner.plan.blades import BladesPlan, ExcitedBlades, forcing_range
+from slipmode.runner.plan.blades import BladesPlan, ExcitedBlades
 from slipmode.runner.recording import channels
 from slipmode.runner.scene.keys import Window
 from slipmode.runner.transients.passes.loop import Destination, Pass
@@ -30,7 +30,7 @@ class BladePass(Pass[ExcitedBlades]):
     def __init__(self, plan: BladesPlan, destination: Destination) -> None:
         super().__init__(plan, destination)
         self._step_to_samples()
-        self._flow = plan.excited.flow(forcing_range(plan.schedule), plan.scene.run.tolerance)
+        self._flow = plan.excited.flow(plan.scene.run.tolerance)
 
     def _first_row(self) -> Floats:
         self._go(0.0, self._schedule.inputs(_INPUTS, slice(1))[0])
