@@ -43,26 +43,23 @@ def plan_modes(scene: Scene, structure: Structure | None, progress: bool) -> Mod
         scene, excited, found = _excite(scene, modes, structure, progress)
     schedule = checks.checked_schedule(scene, excited)
     plan = Plan(scene, schedule, excited, decisions + found)
-    saved, seen = scene.saved_model, None
-    if saved is not None:
-        plan, seen = _on_saved_model(plan, saved)
-    elif scene.tabulated:
-        plan, seen = _tabulated(plan, progress)
-    else:
+    if not scene.tabulated:
         reason = f'model.table = "none", for {scene.run.duration:g} s in {schedule.steps} steps'
         choice = "none, time integration at full order"
-        plan = plan.with_decisions(Finding("friction table", choice, reason))
-    if scene.tabulated:
-        full_order, transients = plan_transients(plan, seen)
-        plan = replace(plan, full_order=full_order).with_decisions(transients)
-    return plan.with_decisions(
+        return plan.with_decisions(
+            Finding("friction table", choice, reason),
+            *recording_decisions(scene),
+            *checks.frequency_findings(plan),
+            *frictionless_findings(excited.law, excited.reduced.n_contacts),
+        )
+    saved = scene.saved_model
+    plan, seen = _tabulated(plan, progress) if saved is None else _on_saved_model(plan, saved)
+    full_order, transients = plan_transients(plan, seen)
+    return replace(plan, full_order=full_order).with_decisions(
+        transients,
         *recording_decisions(scene),
         *checks.frequency_findings(plan),
-        *(
-            checks.check_assumptions(plan, seen)
-            if scene.tabulated
-            else frictionless_findings(excited.law, excited.reduced.n_contacts)
-        ),
+        *checks.check_assumptions(plan, seen),
     )
 
 
