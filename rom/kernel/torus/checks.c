@@ -1,8 +1,5 @@
-/* Periodic contact motion on the torus, eqs. (13), (14), by characteristics; called by Python.
- *
- * Along t_B = t_B0 + (omega_B / omega_A) t_A, eq. (13) is an ordinary differential equation. Phase
- * lines with t_B0 = 2 pi p / lines are marched side by side until the motion repeats
- * (periodic/search.c). P_nm is the mean of x exp(-i (n t_A + m t_B)) over all steps and lines. */
+/* Checks of the arguments of sm_torus_harmonics (periodic/search.c) and sm_torus_growing (growth.c):
+ * contacts, discretisation of the torus, points of the amplitude plane and arrays of the results. */
 #include <string.h>
 
 #include "base/check.h"
@@ -90,22 +87,16 @@ static sm_status check_points(const sm_torus_task *task, const sm_contact *conta
                ? SM_OK : SM_BAD_ARGUMENT;
 }
 
-sm_status sm_torus_harmonics(const sm_contact *contact, const sm_discretisation *fine,
-                             const sm_torus_points *points, const sm_torus_motion *motion) {
-    const sm_torus_task task = {fine, points, motion};
-    sm_status status = sm_torus_check(contact, fine);
-    if (status == SM_OK && (!points || !motion)) return SM_BAD_ARGUMENT;
-    if (status == SM_OK && contact->response && !responds_to(contact->response, fine))
+sm_status sm_torus_check_task(const sm_contact *contact, const sm_torus_task *task) {
+    const sm_discretisation *grid = task->grid;
+    sm_status status = sm_torus_check(contact, grid);
+    if (status == SM_OK && (!task->points || !task->motion)) return SM_BAD_ARGUMENT;
+    if (status == SM_OK && contact->response && !responds_to(contact->response, grid))
         return SM_BAD_ARGUMENT;
-    if (status == SM_OK) status = sm_check_not_negative(fine->tolerance);
-    if (status == SM_OK) status = check_scales(contact, fine->smallest_scale);
-    if (status == SM_OK) status = check_points(&task, contact);
-    if (status == SM_OK && (fine->max_periods < 1 || fine->max_periods > MAX_PERIODS))
+    if (status == SM_OK) status = sm_check_not_negative(grid->tolerance);
+    if (status == SM_OK) status = check_scales(contact, grid->smallest_scale);
+    if (status == SM_OK) status = check_points(task, contact);
+    if (status == SM_OK && (grid->max_periods < 1 || grid->max_periods > MAX_PERIODS))
         status = SM_BAD_ARGUMENT;
-    if (status != SM_OK) return status;
-    sm_march march = {.contact = contact, .task = &task, .part = 1.0};
-    status = contact->law == SM_ELASTIC ? sm_elastic_make(&march) : sm_rigid_make(&march);
-    if (status == SM_OK) status = sm_torus_search(&march);
-    march.law->release(&march);
     return status;
 }
