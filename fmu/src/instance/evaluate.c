@@ -59,7 +59,7 @@ static fmu_status check_apart(const fmu_instance *instance, const sm_inputs *fro
 
 /* Writes advice if a frequency is a factor of about 2 pi from its mode; else "". */
 static void unit_hint(double frequency, double natural, char hint[64]) {
-    const double two_pi = 6.283185307179586, ratio = frequency / natural;
+    const double two_pi = SM_TWO_PI, ratio = frequency / natural;
     const double near = 0.25; /* a ratio so near to 2 pi is a mistaken unit */
     hint[0] = '\0';
     if (fabs(ratio * two_pi - 1.0) < near)
@@ -134,13 +134,13 @@ static sm_status pass_inputs(fmu_instance *instance) {
     return status;
 }
 
-/* Brings the start values into effect. */
+/* Applies the start values. */
 static fmu_status start(fmu_instance *instance) {
     const double *amplitude = instance->run.amplitude;
     if (instance->run.started) return FMU_OK;
     memset(instance->outputs, 0, instance->output_count * sizeof *instance->outputs);
     instance->outputs[0] = instance->run.start;
-    fmu_hold_inputs(instance);
+    fmu_note_inputs(instance);
     memcpy(instance->outputs + FMU_AMPLITUDE, amplitude, sizeof instance->run.amplitude);
     const fmu_status allowed = check_carriers(instance, &instance->run.inputs);
     if (allowed != FMU_OK) return allowed;

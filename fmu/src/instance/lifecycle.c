@@ -15,7 +15,7 @@ fmu_status fmu_reset(fmu_instance *instance) {
     memcpy(run->parameters, model->constants->parameters, sizeof run->parameters);
     memcpy(run->amplitude, model->constants->amplitude, sizeof run->amplitude);
     run->inputs = *model->inputs;
-    memset(&run->held, 0, sizeof run->held);
+    memset(&run->previous, 0, sizeof run->previous);
     instance->state = FMU_INSTANTIATED;
     instance->terminated = 0;
     instance->refused_at = NAN;

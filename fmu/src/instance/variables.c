@@ -34,7 +34,7 @@ static const fmu_variable *find(const fmu_instance *instance, int32_t type, uint
     return variable;
 }
 
-/* Brings the value of a variable up to date. */
+/* Evaluates a variable if its value is out of date. */
 static fmu_status evaluate_for(fmu_instance *instance, const fmu_variable *variable) {
     if (variable->kind == FMU_INPUT || variable->kind == FMU_PARAMETER) return FMU_OK;
     const fmu_model *model = instance->model;
@@ -48,7 +48,7 @@ static fmu_status evaluate_for(fmu_instance *instance, const fmu_variable *varia
 
 /* Returns a carrier angle in [0, 2 pi), as in Co-Simulation; the state grows without bound. */
 static double wrapped(double angle) {
-    const double turn = 6.283185307179586, rest = angle - turn * floor(angle / turn);
+    const double turn = SM_TWO_PI, rest = angle - turn * floor(angle / turn);
     return rest >= 0.0 && rest < turn ? rest : 0.0; /* outside by rounding */
 }
 

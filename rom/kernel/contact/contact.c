@@ -25,11 +25,10 @@ static sm_status check_marched(const sm_modal_response *response, size_t contact
 static sm_status check_response(const sm_contact *contact) {
     const sm_modal_response *response = contact->response;
     const size_t n = (size_t)contact->contacts;
-    const sm_status status = sm_orders_check(response->orders_count, response->orders);
-    if (status != SM_OK || !response->dynamic_stiffness) return status;
+    SM_TRY(sm_orders_check(response->orders_count, response->orders));
+    if (!response->dynamic_stiffness) return SM_OK;
     if (response->requested < 0 || response->requested > response->orders_count) return SM_BAD_ARGUMENT;
-    const sm_status marched = check_marched(response, n);
-    if (marched != SM_OK) return marched;
+    SM_TRY(check_marched(response, n));
     const size_t harmonics = (size_t)response->orders_count * n * 2;
     return sm_all_finite(response->dynamic_stiffness, harmonics * n) &&
                    (!response->start || sm_all_finite(response->start, harmonics)) &&
@@ -50,8 +49,8 @@ static sm_status check_elastic(const sm_contact *contact) {
     if (!symmetric(contact->stiffness, n)) return SM_BAD_ARGUMENT;
     if (n == 0 && contact->elastic && contact->elastic->elements == 0)
         return contact->elastic->sliders == 0 ? SM_OK : SM_BAD_ARGUMENT;
-    const sm_status status = sm_elastic_check(contact->elastic, contact->contacts);
-    return status == SM_OK && contact->response ? check_response(contact) : status;
+    SM_TRY(sm_elastic_check(contact->elastic, contact->contacts));
+    return contact->response ? check_response(contact) : SM_OK;
 }
 
 sm_status sm_contact_check(const sm_contact *contact) {
@@ -68,10 +67,7 @@ sm_status sm_contact_check(const sm_contact *contact) {
         !sm_all_finite(contact->coupling, 2 * n * (size_t)contact->modes))
         return SM_NOT_FINITE;
     if (contact->law != SM_TANH && contact->law != SM_COULOMB) return SM_BAD_ARGUMENT;
-    if (contact->law == SM_TANH) {
-        const sm_status status = sm_check_positive(contact->alpha);
-        if (status != SM_OK) return status;
-    }
+    if (contact->law == SM_TANH) SM_TRY(sm_check_positive(contact->alpha));
     for (size_t i = 0; i < n; i++)
         if (contact->limit[i] < 0.0 || !(contact->stiffness[i * n + i] > 0.0))
             return SM_BAD_ARGUMENT;

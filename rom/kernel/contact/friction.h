@@ -87,8 +87,8 @@ SM_INLINE void sm_friction_force(const int lanes, const sm_resolvent *f,
     }
     SM_SIMD
     for (int l = 0; l < lanes; l++) { /* also the frictionless contact, limit = 0 */
-        const double held = fabs(load[l]) <= limit ? load[l] : copysign(limit, load[l]);
-        g[l] = v[l] == 0.0 ? held : copysign(limit, v[l]);
+        const double at_rest = fabs(load[l]) <= limit ? load[l] : copysign(limit, load[l]);
+        g[l] = v[l] == 0.0 ? at_rest : copysign(limit, v[l]);
         slope[l] = v[l] == 0.0 && fabs(load[l]) <= limit && limit > 0.0 ? INFINITY : 0.0;
     }
 }

@@ -7,10 +7,8 @@
 void sm_stepper_place(sm_stepper *stepper, int contacts, sm_block *block) {
     const size_t n = (size_t)contacts;
     *stepper = (sm_stepper){.contacts = contacts, .massless = 1};
-    stepper->matrix = sm_take(block, n * n);
-    stepper->stiffness = sm_take(block, n * n);
-    stepper->factor = sm_take(block, n * n);
-    stepper->inertia = sm_take(block, n * n);
+    SM_TAKE_EACH(block, n * n, &stepper->matrix, &stepper->stiffness, &stepper->factor,
+                 &stepper->inertia);
     stepper->laws = (void *)sm_take(block, sm_doubles(n * sizeof(sm_resolvent)));
 }
 
@@ -59,10 +57,8 @@ sm_status sm_stepper_set(sm_stepper *stepper, const sm_contact *contact, double 
 
 void sm_lanes_place(sm_lanes *m, int contacts, int lanes, sm_block *block) {
     const size_t n = (size_t)contacts, size = n * (size_t)lanes, before = block->taken;
-    double **arrays[] = {&m->x,          &m->base,       &m->u,          &m->v,      &m->g,
-                         &m->slope,      &m->stage_v[0], &m->stage_v[1], &m->inertia,
-                         &m->r,          &m->residual,   &m->step,       &m->before};
-    for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++) *arrays[i] = sm_take(block, size);
+    SM_TAKE_EACH(block, size, &m->x, &m->base, &m->u, &m->v, &m->g, &m->slope, &m->stage_v[0],
+                 &m->stage_v[1], &m->inertia, &m->r, &m->residual, &m->step, &m->before);
     m->factor = sm_take(block, size * n);
     if (lanes == 1) m->last_r = sm_take(block, n);
     m->lanes = lanes;

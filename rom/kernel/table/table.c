@@ -43,10 +43,8 @@ sm_status sm_table_check_shape(const sm_table *table) {
 
 sm_status sm_table_check(const sm_table *table) {
     if (!shape_is_valid(table)) return SM_BAD_ARGUMENT;
-    sm_status status = check_nodes(table->node_a, table->count_a);
-    if (status == SM_OK && table->modes == SM_MODES)
-        status = check_nodes(table->node_b, table->count_b);
-    if (status != SM_OK) return status;
+    SM_TRY(check_nodes(table->node_a, table->count_a));
+    if (table->modes == SM_MODES) SM_TRY(check_nodes(table->node_b, table->count_b));
     const size_t rows = (size_t)table->count_a * (size_t)table->count_b * 4;
     if (!sm_all_finite(table->values, rows * field_count(table))) return SM_NOT_FINITE;
     const double *corrections[] = {table->rate_correction, table->detuning};
@@ -164,16 +162,15 @@ SM_INLINE sm_status find_cell_along(const double *node, int32_t count, double am
 
 /* Finds the cell of the amplitudes; the search begins at `cell`. */
 SM_INLINE sm_status find_cell(const sm_table *table, const double *amplitudes, int32_t *cell) {
-    sm_status status = find_cell_along(table->node_a, table->count_a, amplitudes[0], &cell[0]);
-    if (status != SM_OK || table->modes != SM_MODES) return status;
+    SM_TRY(find_cell_along(table->node_a, table->count_a, amplitudes[0], &cell[0]));
+    if (table->modes == 1) return SM_OK;
     return find_cell_along(table->node_b, table->count_b, amplitudes[1], &cell[1]);
 }
 
 SM_HOT_ONE sm_status sm_table_slopes_from(const sm_table *table, const double *amplitudes,
                                           size_t sloped, int32_t *cell, double *slopes,
                                           double *rate_correction) {
-    const sm_status status = find_cell(table, amplitudes, cell);
-    if (status != SM_OK) return status;
+    SM_TRY(find_cell(table, amplitudes, cell));
     table_point point;
     locate(table, amplitudes, cell, &point);
     interpolate(&point, table->modes, sloped, slopes);
@@ -198,8 +195,7 @@ sm_status sm_table_lookup(const sm_table *table, size_t points, const double *am
     const size_t fields = field_count(table);
     for (size_t k = 0; k < points; k++, s += fields, amplitudes += table->modes) {
         int32_t cell[SM_MODES] = {0};
-        const sm_status status = sm_table_slopes_from(table, amplitudes, 0, cell, s, NULL);
-        if (status != SM_OK) return status;
+        SM_TRY(sm_table_slopes_from(table, amplitudes, 0, cell, s, NULL));
         if (!sm_all_finite(s, fields)) return SM_NOT_FINITE;
     }
     return SM_OK;

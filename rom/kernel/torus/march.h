@@ -8,6 +8,10 @@
 
 #include "base/check.h"
 
+/* Ratio of successive changes above which convergence is slow, and extrapolated [-]: the limit is then
+ * farther away than the last change. */
+#define SM_SLOW_RATIO 0.5
+
 /* The arguments of sm_torus_harmonics. */
 typedef struct {
     const sm_discretisation *grid;

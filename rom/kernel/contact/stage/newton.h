@@ -16,16 +16,13 @@
 
 /* Steps at the most, many times what was ever seen. */
 #define SM_NEWTON_STEPS 1000
-/* Steps until the line search becomes strict, and what it admits of the slope of the potential at
- * the end of a step, as a part of the slope at its start: first much, for steps that pass the
- * minimum a little are good ones; then only rounding, so that the potential never rises. */
+/* Steps until the line search becomes strict. The line search accepts a step if the slope of the
+ * potential at its end is at most a part of the slope at its start, with opposite sign: first a large
+ * part, because steps slightly beyond the minimum are good; then rounding, so that the potential
+ * never rises. */
 #define SM_LENIENT_STEPS 10
 #define SM_LENIENT_RISE 0.5
 #define SM_STRICT_RISE 1e-6
-/* Parts of a step in a line search at the most: each but the first is half of the one before. */
-#define SM_SHORTER_STEPS 50
-/* Rounding of a velocity, as a part of it. */
-#define SM_ROUNDING 1e-15
 /* Velocity in alpha beyond which tanh is 1 to rounding. */
 #define SM_TANH_FLAT 20.0
 /* Change of velocity in alpha up to which a Newton step cannot raise the potential: the slope of tanh
@@ -267,7 +264,7 @@ SM_INLINE sm_status sm_solve(const int n, const int lanes, const sm_stepper *s, 
         const int strict = k >= SM_LENIENT_STEPS;
         if (is_long) sm_descent(n, lanes, m, work, gain);
         sm_linearise(n, lanes, s, m);
-        for (int part = 0; is_long && part < SM_SHORTER_STEPS; part++) {
+        for (int part = 0; is_long && part < SM_MAX_HALVINGS; part++) {
             is_long = sm_shorten(n, lanes, s, m, work, part == 0 ? gain : work, strict);
             if (is_long) sm_linearise(n, lanes, s, m);
         }

@@ -26,8 +26,7 @@ static void place(const sm_search *s, sm_block *block) {
             sm_progress_place(&point->progress, s->harmonics, n, block);
         else
             sm_fixed_point_place(&point->fixed_point, s->unknowns, block);
-        point->Y = sm_take(block, s->harmonics);
-        point->last_Y = sm_take(block, s->harmonics);
+        SM_TAKE_EACH(block, s->harmonics, &point->Y, &point->last_Y);
         point->square = sm_take(block, n);
         point->change = sm_take(block, s->unknowns);
     }
@@ -64,8 +63,7 @@ static sm_status evaluate(sm_search *s, int periods) {
         memset(point->square, 0, n * sizeof(double));
     }
     for (int k = 0; k < periods; k++) {
-        const sm_status status = m->law->period(s->march);
-        if (status != SM_OK) return status;
+        SM_TRY(m->law->period(s->march));
         s->steps += m->steps;
         for (size_t p = 0; p < m->count; p++) {
             sm_search_point *point = &s->point[p];
@@ -85,8 +83,7 @@ static sm_status iterate_by_halves(sm_search *s) {
     int open = 1;
     start(s, response ? response->start : NULL, 0);
     for (int marches = 0; open && marches < 2 * m->task->grid->max_periods; marches++) {
-        const sm_status status = m->law->period(m);
-        if (status != SM_OK) return status;
+        SM_TRY(m->law->period(m));
         s->steps += m->steps;
         open = 0;
         for (size_t p = 0; p < m->count; p++) {
@@ -113,8 +110,7 @@ static sm_status iterate(sm_search *s, int periods, double part) {
     for (int marches = 0; open && marches < m->task->grid->max_periods; marches += periods) {
         const int first = s->steps == 0;
         if (m->memory > 0) m->law->exchange_memory(m, m->response + s->harmonics, 0);
-        const sm_status status = evaluate(s, periods);
-        if (status != SM_OK) return status;
+        SM_TRY(evaluate(s, periods));
         open = 0;
         for (size_t p = 0; p < m->count; p++) {
             sm_search_point *point = &s->point[p];
@@ -218,10 +214,9 @@ static sm_status allocate(sm_search *s) {
 sm_status sm_torus_harmonics(const sm_contact *contact, const sm_discretisation *grid,
                              const sm_torus_points *points, const sm_torus_motion *motion) {
     const sm_torus_task task = {grid, points, motion};
-    sm_status status = sm_torus_check_task(contact, &task);
-    if (status != SM_OK) return status;
+    SM_TRY(sm_torus_check_task(contact, &task));
     sm_march m = {.contact = contact, .task = &task, .part = 1.0};
-    status = contact->law == SM_ELASTIC ? sm_elastic_make(&m) : sm_rigid_make(&m);
+    sm_status status = contact->law == SM_ELASTIC ? sm_elastic_make(&m) : sm_rigid_make(&m);
     sm_search s = {.march = &m, .harmonics = sm_march_harmonics(&m)};
     s.unknowns = s.harmonics + m.memory;
     if (status == SM_OK) m.law->by_halves(&m, 1);

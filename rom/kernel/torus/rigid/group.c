@@ -26,9 +26,7 @@ static void place(const sm_torus_grid *grid, sm_torus_group *g, sm_block *block)
         sm_lanes_place(&g->lanes[k], grid->contact->contacts, grid->lanes, block);
         block->taken = sm_whole_lines(block->taken);
     }
-    double **of_lanes[] = {&g->a, &g->b, &g->a_step, &g->b_step};
-    for (size_t k = 0; k < sizeof of_lanes / sizeof *of_lanes; k++)
-        *of_lanes[k] = sm_take(block, wide);
+    SM_TAKE_EACH(block, wide, &g->a, &g->b, &g->a_step, &g->b_step);
     g->phases = (sm_phases){.lines = (size_t)grid->lines, .wide = wide};
     sm_phases_place(&g->phases, (size_t)grid->orders_count, grid->orders, block);
     g->sums = sm_take(block, wide * grid->per_point);
@@ -36,14 +34,12 @@ static void place(const sm_torus_grid *grid, sm_torus_group *g, sm_block *block)
     g->squares = sm_take(block, wide * n);
     g->forcing = sm_take(block, 2 * SM_TOGETHER * row);
     g->displacement = sm_take(block, SM_TOGETHER * row);
-    g->Y = sm_take(block, harmonics);
-    g->response = sm_take(block, harmonics);
+    SM_TAKE_EACH(block, harmonics, &g->Y, &g->response);
     g->mean_square = sm_take(block, points * n);
     for (size_t p = 0; p < points; p++) {
-        const size_t size = sm_acceleration_size(n, (size_t)grid->lines);
-        g->acceleration[p].spectrum = sm_take(block, size);
-        g->acceleration[p].change = sm_take(block, size);
-        g->acceleration[p].fresh = sm_take(block, size);
+        sm_acceleration *a = &g->acceleration[p];
+        SM_TAKE_EACH(block, sm_acceleration_size(n, (size_t)grid->lines), &a->spectrum, &a->change,
+                     &a->fresh);
     }
 }
 
