@@ -20,24 +20,20 @@ static int positive_definite(const double *matrix, size_t n, double *factor) {
     return sm_cholesky(n, 0.0, factor) == n;
 }
 
+/* Sets the law of contact i for the step matrix. */
 static void set_law(sm_stepper *stepper, const sm_contact *contact, int i) {
     stepper->laws[i] = sm_resolvent_make(contact->law, stepper->matrix[i * (stepper->contacts + 1)],
                                          contact->limit[i], contact->alpha);
 }
 
-/* Limits may be scaled from one march to the next, in steps that are as long as before. */
-static void set_limits(sm_stepper *stepper, const sm_contact *contact) {
-    for (int i = 0; i < contact->contacts; i++)
-        if (stepper->laws[i].limit != contact->limit[i]) set_law(stepper, contact, i);
-}
-
 sm_status sm_stepper_set(sm_stepper *stepper, const sm_contact *contact, double h) {
     const int n = contact->contacts;
-    if (stepper->h == h) {
-        set_limits(stepper, contact);
+    if (stepper->h == h) { /* limits may be scaled from one march to the next */
+        for (int i = 0; i < n; i++)
+            if (stepper->laws[i].limit != contact->limit[i]) set_law(stepper, contact, i);
         return SM_OK;
     }
-    stepper->h = 0.0; /* until the matrix is known to be good */
+    stepper->h = 0.0; /* until the matrix is known to be positive definite */
     for (int i = 0; i < n; i++)
         for (int j = 0; j < n; j++) {
             const int k = i * n + j, low = i > j ? k : j * n + i; /* symmetric to the last bit */

@@ -149,24 +149,24 @@ static void start_acceleration(sm_esdirk4 *m, const sm_full *full, const double 
     }
 }
 
+/* Copies the state to `state`, or from there if `back`. */
+static void exchange_state(sm_esdirk4 *m, sm_elastic_step *elastic, const sm_full *full,
+                           double *state, int back) {
+    const size_t n = (size_t)full->coordinates, contacts = (size_t)full->contacts;
+    double *const row[] = {m->q,     m->v,           m->x_c, elastic ? elastic->v_c : m->lane.v,
+                           m->force, &m->dissipated, elastic ? elastic->memory : NULL};
+    const size_t size[] = {n,        n, contacts,                       contacts,
+                           contacts, 1, elastic ? elastic->remembered : 0};
+    for (size_t k = 0; k < sizeof row / sizeof *row; state += size[k++])
+        if (size[k] > 0) memcpy(back ? row[k] : state, back ? state : row[k], size[k] * sizeof *state);
+}
+
 /* Starts from a state at `elapsed`. */
 static void start(sm_esdirk4 *m, sm_elastic_step *elastic, const sm_full *full,
-                  const sm_inputs *inputs, double elapsed, const double *state) {
-    const size_t n = (size_t)full->coordinates, contacts = (size_t)full->contacts;
-    const double *x_c = state + 2 * n, *v_c = x_c + contacts, *force_c = v_c + contacts;
-    memcpy(m->q, state, n * sizeof(double));
-    memcpy(m->v, state + n, n * sizeof(double));
-    memcpy(m->x_c, x_c, contacts * sizeof(double));
-    memcpy(m->force, force_c, contacts * sizeof(double));
-    m->dissipated = force_c[contacts];
-    if (elastic) {
-        memcpy(elastic->x_c, x_c, contacts * sizeof(double));
-        memcpy(elastic->v_c, v_c, contacts * sizeof(double));
-        memcpy(elastic->memory, force_c + contacts + 1, elastic->remembered * sizeof(double));
-    } else {
-        memcpy(m->lane.v, v_c, contacts * sizeof(double));
-        m->lane.rows = 0;
-    }
+                  const sm_inputs *inputs, double elapsed, double *state) {
+    exchange_state(m, elastic, full, state, 1);
+    if (elastic) memcpy(elastic->x_c, m->x_c, (size_t)full->contacts * sizeof(double));
+    m->lane.rows = 0;
     m->carrier.modes = full->modes;
     m->carrier.inputs = inputs;
     m->carrier.h = full->step;
@@ -176,21 +176,6 @@ static void start(sm_esdirk4 *m, sm_elastic_step *elastic, const sm_full *full,
     double force[SM_MODES] = {0.0};
     sm_carrier_force(&m->carrier, 0, elapsed, force);
     start_acceleration(m, full, force);
-}
-
-/* Writes the state. */
-static void finish(const sm_esdirk4 *m, const sm_elastic_step *elastic, const sm_full *full,
-                   double *state) {
-    const size_t n = (size_t)full->coordinates, contacts = (size_t)full->contacts;
-    double *x_c = state + 2 * n, *v_c = x_c + contacts, *force_c = v_c + contacts;
-    memcpy(state, m->q, n * sizeof(double));
-    memcpy(state + n, m->v, n * sizeof(double));
-    memcpy(x_c, m->x_c, contacts * sizeof(double));
-    memcpy(v_c, m->v_c, contacts * sizeof(double));
-    memcpy(force_c, m->force, contacts * sizeof(double));
-    force_c[contacts] = m->dissipated;
-    if (elastic)
-        memcpy(force_c + contacts + 1, elastic->memory, elastic->remembered * sizeof(double));
 }
 
 /* Makes steps `first` to `first + steps` of a run that starts `elapsed` seconds into the inputs. */
@@ -262,7 +247,7 @@ sm_status sm_full_march(const sm_full *full, const sm_inputs *inputs, double ela
         samples->dissipated[s] = m.dissipated;
     }
     if (status == SM_OK) {
-        finish(&m, elastic, full, state);
+        exchange_state(&m, elastic, full, state, 0);
         status = sm_all_finite(state, sm_full_state_count(full)) ? SM_OK : SM_NOT_FINITE;
     }
     free(block.memory);

@@ -48,7 +48,7 @@ static sm_status grow_rigid(sm_march *m, const double *growth) {
     for (; m->first < m->task->points->count && status == SM_OK; m->first += m->points)
         status = grow_group(m, hat);
     r->grid = hat[0];
-    sm_torus_grid_release(&hat[1]);
+    free(hat[1].memory);
     return status;
 }
 

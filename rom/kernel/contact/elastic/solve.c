@@ -169,14 +169,6 @@ SM_INLINE void find_step(sm_elastic_solver *s) {
     add_product(s, s->step_y, s->step);
 }
 
-/* Reverses the step. */
-SM_INLINE void reverse_step(sm_elastic_solver *s) {
-    for (int i = 0; i < s->contacts; i++) {
-        s->step[i] = -s->step[i];
-        s->step_y[i] = -s->step_y[i];
-    }
-}
-
 /* Evaluates the contacts after a part of the step from x and y; returns the work there. */
 SM_INLINE double try_part(sm_elastic_solver *s, const double *x, const double *y,
                           const double *memory, double part) {
@@ -194,7 +186,10 @@ SM_INLINE double search(sm_elastic_solver *s, const double *x, const double *y,
     const double remaining = larger(REMAINING_WORK * fabs(at_low), SM_ROUNDING * size);
     double now = try_part(s, x, y, memory, part);
     if (at_low > 0.0 && fabs(now) > remaining) {
-        reverse_step(s);
+        for (int i = 0; i < s->contacts; i++) {
+            s->step[i] = -s->step[i];
+            s->step_y[i] = -s->step_y[i];
+        }
         at_low = -at_low;
         now = try_part(s, x, y, memory, part);
     }

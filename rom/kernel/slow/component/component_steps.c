@@ -128,9 +128,9 @@ static sm_status try_advance(sm_component *c, double duration, int64_t most) {
 static sm_status advance(sm_component *c, double duration, int64_t most) {
     SM_TRY(sm_check_positive(duration));
     if (!c->contacts.motion.wanted) return try_advance(c, duration, most);
-    sm_contact_output_begin(&c->contacts);
+    sm_contact_output_save(&c->contacts, 0);
     const sm_status status = try_advance(c, duration, most);
-    if (status != SM_OK) sm_contact_output_abandon(&c->contacts);
+    if (status != SM_OK) sm_contact_output_save(&c->contacts, 1);
     return status;
 }
 

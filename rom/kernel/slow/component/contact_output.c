@@ -94,14 +94,10 @@ static sm_status march(sm_contact_output *out, const sm_slow_flow *flow, const s
                           out->motion.steps_per_period, detail);
 }
 
-void sm_contact_output_begin(sm_contact_output *out) {
-    memcpy(out->state_before, out->state, sm_march_state_count(&out->contact) * sizeof(double));
-    sm_queue_copy(out->queue, out->queue_before);
-}
-
-void sm_contact_output_abandon(sm_contact_output *out) {
-    memcpy(out->state, out->state_before, sm_march_state_count(&out->contact) * sizeof(double));
-    sm_queue_copy(out->queue_before, out->queue);
+void sm_contact_output_save(sm_contact_output *out, int back) {
+    const size_t bytes = sm_march_state_count(&out->contact) * sizeof(double);
+    memcpy(back ? out->state : out->state_before, back ? out->state_before : out->state, bytes);
+    sm_queue_copy(back ? out->queue_before : out->queue, back ? out->queue : out->queue_before);
 }
 
 /* Returns the duration at the start of the queue without effect on the contacts at its end [s]. */

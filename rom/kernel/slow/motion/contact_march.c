@@ -67,12 +67,9 @@ void sm_march_start(sm_march *march, const sm_contact *contact, const double *st
     const int rows = rows_of(march, contact, row);
     for (int k = 0; k < rows; k++)
         for (size_t i = 0; i < n; i++) row[k][i] = state ? state[(size_t)k * n + i] : 0.0;
-    if (contact->law == SM_ELASTIC) {
-        for (size_t k = 0; k < memory_count(contact); k++)
-            march->memory[k] = state ? state[3 * n + k] : 0.0;
-        return;
-    }
-    for (size_t i = 0; i < n; i++)
+    for (size_t k = 0; k < memory_count(contact); k++)
+        march->memory[k] = state ? state[3 * n + k] : 0.0;
+    for (size_t i = 0; contact->law != SM_ELASTIC && i < n; i++)
         march->lane.stage_v[0][i] = march->lane.stage_v[1][i] = march->v[i];
 }
 
@@ -80,10 +77,9 @@ void sm_march_read(const sm_march *march, const sm_contact *contact, double *sta
     const size_t n = (size_t)contact->contacts;
     double *row[5];
     const int rows = rows_of(march, contact, row);
-    for (int k = 0; k < rows; k++)
-        for (size_t i = 0; i < n; i++) state[(size_t)k * n + i] = row[k][i];
+    for (int k = 0; k < rows; k++) memcpy(state + (size_t)k * n, row[k], n * sizeof *state);
     if (contact->law == SM_ELASTIC)
-        memcpy(state + 3 * n, march->memory, memory_count(contact) * sizeof(double));
+        memcpy(state + 3 * n, march->memory, memory_count(contact) * sizeof *state);
 }
 
 /* Computes the friction force r - S v, and limits it to the friction limit because of rounding. */
@@ -108,16 +104,6 @@ static sm_status step_elastic(sm_march *march, const double *u, double h) {
         march->force[i] = march->solver.f[i];
     }
     memcpy(march->memory, march->solver.next, memory_count(contact) * sizeof(double));
-    return SM_OK;
-}
-
-/* Changes the step size and with it the matrix S. The contacts continue, or start if it is the
- * first step. */
-static sm_status set_level(sm_march *march, const sm_contact *contact, int level, double h) {
-    sm_stepper *stepper = &march->stepper[level];
-    SM_TRY(sm_stepper_set(stepper, contact, h));
-    march->lane.rows = 0;
-    march->level = level;
     return SM_OK;
 }
 
@@ -148,11 +134,13 @@ SM_INLINE double deviation(const int n, const sm_march *march, const double *v, 
  * exceeds `allowed`, it returns after this stage. */
 SM_INLINE sm_status step_rigid(const int n, sm_march *march, int level, double h, double at,
                                double part, double tolerance, double allowed, double *curved) {
-    if (level != march->level) {
-        SM_TRY(set_level(march, march->forcing.contact, level, h));
-    }
     sm_stepper *stepper = &march->stepper[level];
     sm_lanes *lane = &march->lane;
+    if (level != march->level) { /* another step size, and with it another matrix S */
+        SM_TRY(sm_stepper_set(stepper, march->forcing.contact, h));
+        lane->rows = 0;
+        march->level = level;
+    }
     stepper->tolerance = tolerance;
     keep_rigid(n, march, 0);
     for (int stage = 0; stage < 2; stage++) {

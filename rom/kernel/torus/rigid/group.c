@@ -104,8 +104,8 @@ static void release(sm_march *m) {
     sm_rigid_lines *r = m->lines;
     if (!r) return;
     sm_torus_group_release(&r->group);
-    sm_torus_grid_release(&r->coarse);
-    sm_torus_grid_release(&r->grid);
+    free(r->coarse.memory);
+    free(r->grid.memory);
     free(r);
 }
 
