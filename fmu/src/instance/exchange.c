@@ -69,18 +69,17 @@ fmu_status fmu_set_states(fmu_instance *instance, const double *states, size_t c
 }
 
 fmu_status fmu_get_states(fmu_instance *instance, double *states, size_t count) {
-    if (check(instance, states, count) != FMU_OK) return FMU_ERROR;
-    const fmu_status status = instance->run.started ? FMU_OK : fmu_evaluate_outputs(instance);
-    if (status != FMU_OK) return status;
+    FMU_TRY(check(instance, states, count));
+    if (!instance->run.started) FMU_TRY(fmu_evaluate_outputs(instance));
     for (size_t k = 0; k < count; k++) states[k] = instance->outputs[fmu_state_place(instance, k)];
     return FMU_OK;
 }
 
 fmu_status fmu_get_rates(fmu_instance *instance, double *rates, size_t count) {
     if (check(instance, rates, count) != FMU_OK) return FMU_ERROR;
-    const fmu_status status = fmu_evaluate_rates(instance);
-    if (status == FMU_OK) memcpy(rates, instance->rates, count * sizeof *rates);
-    return status;
+    FMU_TRY(fmu_evaluate_rates(instance));
+    memcpy(rates, instance->rates, count * sizeof *rates);
+    return FMU_OK;
 }
 
 fmu_status fmu_get_nominals(fmu_instance *instance, double *nominals, size_t count) {

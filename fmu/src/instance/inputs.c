@@ -4,19 +4,17 @@
 #include <math.h>
 #include <string.h>
 
-static int is_of(int32_t slot, int32_t first) { return slot >= first && slot < first + SM_MODES; }
-
 double *fmu_slots(sm_inputs *inputs) { return (double *)(void *)inputs; }
 
 int32_t fmu_rate_slot(int32_t slot) {
-    if (slot == FMU_INPUT_SLOT(limit_scale)) return FMU_INPUT_SLOT(limit_scale_rate);
-    const int has = is_of(slot, FMU_INPUT_SLOT(force)) || is_of(slot, FMU_INPUT_SLOT(frequency)) ||
-                    is_of(slot, FMU_INPUT_SLOT(phase));
-    return has ? slot + SM_MODES : -1;
+    for (int k = 0; k < SM_INPUT_VALUES; k++)
+        if (sm_value_place(k) == slot) return sm_rate_place(k);
+    return -1;
 }
 
 int fmu_input_is_positive(int32_t slot) {
-    return is_of(slot, FMU_INPUT_SLOT(frequency)) || slot == FMU_INPUT_SLOT(limit_scale);
+    const int32_t mode = slot - FMU_INPUT_SLOT(frequency);
+    return (mode >= 0 && mode < SM_MODES) || slot == FMU_INPUT_SLOT(limit_scale);
 }
 
 void fmu_note_inputs(fmu_instance *instance) {
@@ -55,12 +53,9 @@ void fmu_move_inputs(fmu_instance *instance) {
 }
 
 void fmu_advance_inputs(sm_inputs *inputs, double duration) {
-    for (int j = 0; j < SM_MODES; j++) {
-        inputs->force[j] += inputs->force_rate[j] * duration;
-        inputs->frequency[j] += inputs->frequency_rate[j] * duration;
-        inputs->phase[j] += inputs->phase_rate[j] * duration;
-    }
-    inputs->limit_scale += inputs->limit_scale_rate * duration;
+    double *slot = fmu_slots(inputs);
+    for (int k = 0; k < SM_INPUT_VALUES; k++)
+        slot[sm_value_place(k)] += slot[sm_rate_place(k)] * duration;
 }
 
 void fmu_modal_inputs(const fmu_instance *instance, sm_inputs *inputs) {

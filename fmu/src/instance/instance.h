@@ -21,6 +21,13 @@
 /* As fmi2Status and fmi3Status count them. */
 typedef enum { FMU_OK = 0, FMU_WARNING, FMU_DISCARD, FMU_ERROR } fmu_status;
 
+/* Returns from the calling function with the status of a call, unless it is FMU_OK. */
+#define FMU_TRY(call)                          \
+    do {                                       \
+        const fmu_status called_ = (call);     \
+        if (called_ != FMU_OK) return called_; \
+    } while (0)
+
 typedef enum { FMU_MODEL_EXCHANGE = 0, FMU_CO_SIMULATION } fmu_interface;
 
 /* States of an instance; a combination states when a call is allowed. */

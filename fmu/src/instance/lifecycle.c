@@ -104,8 +104,7 @@ fmu_status fmu_setup(fmu_instance *instance, int tolerance_defined, double toler
 }
 
 fmu_status fmu_exit_initialization(fmu_instance *instance) {
-    const fmu_status status = fmu_evaluate_outputs(instance);
-    if (status != FMU_OK) return status;
+    FMU_TRY(fmu_evaluate_outputs(instance));
     instance->state = instance->interface == FMU_MODEL_EXCHANGE ? FMU_EVENTS
                       : instance->event_mode                    ? FMU_STEP_EVENTS
                                                                 : FMU_STEPPING;

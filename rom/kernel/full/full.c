@@ -184,9 +184,7 @@ SM_HOT static sm_status march(sm_esdirk4 *m, sm_elastic_step *elastic, double el
     for (size_t k = first; k < first + steps; k++) {
         const double now = elapsed + m->h * (double)k;
         if (k % SM_EXACT_STEPS == 0) sm_carrier_anchor(&m->carrier, now);
-        const sm_status status =
-            elastic ? sm_elastic_step_take(elastic, m, now) : sm_esdirk4_step(m, now);
-        if (status != SM_OK) return status;
+        SM_TRY(elastic ? sm_elastic_step_take(elastic, m, now) : sm_esdirk4_step(m, now));
     }
     if (elastic) sm_elastic_step_velocity(elastic, m->v);
     return SM_OK;

@@ -43,7 +43,8 @@ static void place(const sm_torus_grid *grid, sm_torus_group *g, sm_block *block)
     }
 }
 
-sm_status sm_torus_group_make(sm_torus_group *g, const sm_torus_grid *grid) {
+/* Allocates a group. The caller releases it also after a failure. */
+static sm_status make_group(sm_torus_group *g, const sm_torus_grid *grid) {
     const size_t points = (size_t)grid->points_per_group;
     sm_block block = {NULL, 0};
     g->blocks = grid->lines > grid->lanes ? grid->lines / grid->lanes : 1;
@@ -55,12 +56,6 @@ sm_status sm_torus_group_make(sm_torus_group *g, const sm_torus_grid *grid) {
     g->memory = block.memory;
     place(grid, g, &block);
     return SM_OK;
-}
-
-void sm_torus_group_release(sm_torus_group *g) {
-    free(g->memory);
-    free(g->lanes);
-    free(g->acceleration);
 }
 
 /* ---- the march ------------------------------------------------------------------------- */
@@ -103,7 +98,9 @@ static int extrapolate(sm_march *m, size_t p, int wanted) {
 static void release(sm_march *m) {
     sm_rigid_lines *r = m->lines;
     if (!r) return;
-    sm_torus_group_release(&r->group);
+    free(r->group.memory);
+    free(r->group.lanes);
+    free(r->group.acceleration);
     free(r->coarse.memory);
     free(r->grid.memory);
     free(r);
@@ -121,7 +118,7 @@ sm_status sm_rigid_make(sm_march *m) {
         coarse.steps = fine->steps / COARSE_STEP / 2 * 2;
     sm_status status = sm_torus_grid_make(&r->grid, m->contact, fine, points);
     if (status == SM_OK) status = sm_torus_grid_make(&r->coarse, m->contact, &coarse, points);
-    if (status == SM_OK) status = sm_torus_group_make(&r->group, &r->grid);
+    if (status == SM_OK) status = make_group(&r->group, &r->grid);
     r->grid.stepper.tolerance = r->coarse.stepper.tolerance =
         fmin(fmax(STAGE_RESIDUAL * fine->tolerance, SM_SMOOTH_TOLERANCE), LARGEST_STAGE_RESIDUAL);
     m->points = (size_t)r->grid.points_per_group;
