@@ -214,8 +214,9 @@ static void place(sm_elastic_lines *e, sm_block *block) {
     e->slipped = (void *)sm_take(block, sm_doubles(lines * sizeof(int32_t)));
     e->memory = sm_take(block, lines * e->memory_size);
     e->memory_at_start = sm_take(block, lines * e->memory_size);
-    SM_TAKE_EACH(block, n, &e->compliance, &e->x_before, &e->own_u, &e->own_stuck_x, &e->own_y,
-                 &e->own_correction, &e->square);
+    double **rows[] = {&e->compliance, &e->x_before,       &e->own_u, &e->own_stuck_x,
+                       &e->own_y,  &e->own_correction, &e->square};
+    for (size_t k = 0; k < sizeof rows / sizeof *rows; k++) *rows[k] = sm_take(block, n);
     e->Y = sm_take(block, harmonics_size(e));
     e->response = sm_take(block, harmonics_size(e) + memory_unknowns(e));
     sm_marched_place(&e->marched, contact->response, n, e->lines.stride, block);
