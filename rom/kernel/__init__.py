@@ -6,9 +6,8 @@ the rooms of rom/:
 contact/   a time step of Eq. (12), stepper.h; friction as resolvents, friction.h, Eq. (28);
            stage/: its stages by TR-BDF2, and their Newton solver; elastic/: elastic contact laws
            and their solver
-torus/     Eqs. (13), (14) by characteristics: torus.c; march.h: what a contact law provides, by
-           rigid/ in lanes and by elastic/; periodic/: the driver, search.c, for all laws;
-           growth.c: the rate correction
+torus/     Eqs. (13), (14) by characteristics: periodic/search.c, for all laws; march.h: what a
+           contact law provides, by rigid/ in lanes and by elastic/; growth.c: the rate correction
 table/     look-up of the bicubic surface of S_j, Eq. (20)
 slow/      Eqs. (18), (19): slow_flow.c, with coefficients.c and friction_model.c; dopri5.c: time
            steps; entries.c: checked entries; branches/: curves of steady states; component/:

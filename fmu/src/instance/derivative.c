@@ -2,6 +2,8 @@
  * derivatives of outputs by time. */
 #include "instance/instance.h"
 
+#include "base/check.h"
+
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -71,10 +73,8 @@ static sm_status motion_at(fmu_instance *instance, const direction *along, doubl
     for (int k = 0; k < 2 * SM_MODES; k++)
         amplitude[k] =
             instance->outputs[FMU_AMPLITUDE + k] + h * along->state[FMU_AMPLITUDE + k];
-    for (size_t k = 0; k < FMU_INPUTS; k++) fmu_slots(&inputs)[k] += h * change[k];
-    const sm_status status =
-        sm_slow_flow_rate(&instance->flow, &inputs, 0.0, amplitude, rate, power);
-    if (status != SM_OK) return status;
+    for (size_t k = 0; k < SM_INPUT_DOUBLES; k++) fmu_slots(&inputs)[k] += h * change[k];
+    SM_TRY(sm_slow_flow_rate(&instance->flow, &inputs, 0.0, amplitude, rate, power));
     return sm_component_recent_motion(instance->core->component, &inputs, amplitude, rate, 1, motion);
 }
 
@@ -158,7 +158,7 @@ static fmu_status follow(fmu_instance *instance, const fmu_derivative *d, direct
     return status;
 }
 
-/* Brings the outputs up to date; refuses models that have no derivatives. */
+/* Evaluates the outputs; refuses models that have no derivatives. */
 static fmu_status prepare(fmu_instance *instance) {
     if (!instance->model->shares_tone) return fmu_evaluate_outputs(instance);
     return fmu_say(instance, FMU_ERROR, "derivative: not available for modes that share a tone");
@@ -167,8 +167,7 @@ static fmu_status prepare(fmu_instance *instance) {
 fmu_status fmu_directional(fmu_instance *instance, const fmu_derivative *d) {
     direction along;
     memset(&along, 0, sizeof along);
-    const fmu_status status = prepare(instance);
-    if (status != FMU_OK) return status;
+    FMU_TRY(prepare(instance));
     for (size_t k = 0; k < d->knowns; k++) {
         const fmu_variable *v = find(instance, d->known[k]);
         if (v && is_state(v))
@@ -206,12 +205,11 @@ fmu_status fmu_output_derivatives(fmu_instance *instance, const fmu_derivative *
     direction along;
     memset(&along, 0, sizeof along);
     along.from_rest = 1;
-    fmu_status status = prepare(instance);
-    if (status == FMU_OK) status = fmu_evaluate_rates(instance);
-    if (status != FMU_OK) return status;
+    FMU_TRY(prepare(instance));
+    FMU_TRY(fmu_evaluate_rates(instance));
     for (size_t k = 0; k < fmu_state_count(instance); k++)
         along.state[fmu_state_place(instance, k)] = instance->rates[k];
-    for (int32_t slot = 0; slot < (int32_t)FMU_INPUTS; slot++)
+    for (int32_t slot = 0; slot < (int32_t)SM_INPUT_DOUBLES; slot++)
         if (fmu_rate_slot(slot) >= 0)
             fmu_slots(&along.inputs)[slot] = fmu_slots(&instance->run.inputs)[fmu_rate_slot(slot)];
     return follow(instance, d, &along);

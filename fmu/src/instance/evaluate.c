@@ -59,7 +59,7 @@ static fmu_status check_apart(const fmu_instance *instance, const sm_inputs *fro
 
 /* Writes advice if a frequency is a factor of about 2 pi from its mode; else "". */
 static void unit_hint(double frequency, double natural, char hint[64]) {
-    const double two_pi = 6.283185307179586, ratio = frequency / natural;
+    const double two_pi = SM_TWO_PI, ratio = frequency / natural;
     const double near = 0.25; /* a ratio so near to 2 pi is a mistaken unit */
     hint[0] = '\0';
     if (fabs(ratio * two_pi - 1.0) < near)
@@ -134,16 +134,15 @@ static sm_status pass_inputs(fmu_instance *instance) {
     return status;
 }
 
-/* Brings the start values into effect. */
+/* Applies the start values. */
 static fmu_status start(fmu_instance *instance) {
     const double *amplitude = instance->run.amplitude;
     if (instance->run.started) return FMU_OK;
     memset(instance->outputs, 0, instance->output_count * sizeof *instance->outputs);
     instance->outputs[0] = instance->run.start;
-    fmu_hold_inputs(instance);
+    fmu_note_inputs(instance);
     memcpy(instance->outputs + FMU_AMPLITUDE, amplitude, sizeof instance->run.amplitude);
-    const fmu_status allowed = check_carriers(instance, &instance->run.inputs);
-    if (allowed != FMU_OK) return allowed;
+    FMU_TRY(check_carriers(instance, &instance->run.inputs));
     sm_status status = build(instance, instance->run.parameters, NULL);
     if (status != SM_OK) return fmu_status_of(instance, status, "model");
     instance->inputs_current = 0;
@@ -162,15 +161,14 @@ fmu_status fmu_read_outputs(fmu_instance *instance) {
 }
 
 static fmu_status apply_inputs(fmu_instance *instance) {
-    const fmu_status status = check_carriers(instance, &instance->run.inputs);
-    return status == FMU_OK ? fmu_status_of(instance, pass_inputs(instance), "inputs") : status;
+    FMU_TRY(check_carriers(instance, &instance->run.inputs));
+    return fmu_status_of(instance, pass_inputs(instance), "inputs");
 }
 
 fmu_status fmu_evaluate_rates(fmu_instance *instance) {
-    fmu_status status = start(instance);
-    if (status != FMU_OK || instance->rates_current) return status;
-    status = check_carriers(instance, &instance->run.inputs);
-    if (status != FMU_OK) return status;
+    FMU_TRY(start(instance));
+    if (instance->rates_current) return FMU_OK;
+    FMU_TRY(check_carriers(instance, &instance->run.inputs));
     const int modes = instance->model->modes;
     double *outputs = instance->outputs, *rates = instance->rates, power[2];
     const sm_inputs inputs = fmu_inputs_now(instance);
@@ -187,24 +185,23 @@ fmu_status fmu_evaluate_rates(fmu_instance *instance) {
 
 fmu_status fmu_evaluate_outputs(fmu_instance *instance) {
     if (instance->run.started && instance->outputs_current) return FMU_OK;
-    fmu_status status = start(instance);
-    if (status != FMU_OK) return status;
+    instance->outputs_current = 0;
+    FMU_TRY(start(instance));
     if (instance->interface == FMU_MODEL_EXCHANGE) {
-        status = fmu_evaluate_rates(instance);
+        FMU_TRY(fmu_evaluate_rates(instance));
     } else {
-        status = apply_inputs(instance);
-        if (status == FMU_OK) status = fmu_read_outputs(instance);
+        FMU_TRY(apply_inputs(instance));
+        FMU_TRY(fmu_read_outputs(instance));
     }
-    instance->outputs_current = status == FMU_OK;
-    return status;
+    instance->outputs_current = 1;
+    return FMU_OK;
 }
 
 /* Contacts are marched when they are read. In Model Exchange the march covers the last few
  * periods, which the contacts remember. */
 fmu_status fmu_evaluate_motion(fmu_instance *instance, fmu_motion_known needed) {
-    const fmu_status status = fmu_evaluate_outputs(instance);
-    if (status != FMU_OK || instance->motion_current >= needed || !instance->motion.wanted)
-        return status;
+    FMU_TRY(fmu_evaluate_outputs(instance));
+    if (instance->motion_current >= needed || !instance->motion.wanted) return FMU_OK;
     double *outputs = instance->outputs;
     sm_status marched;
     if (instance->interface == FMU_CO_SIMULATION) {
@@ -223,9 +220,9 @@ fmu_status fmu_evaluate_motion(fmu_instance *instance, fmu_motion_known needed) 
 fmu_status fmu_evaluate_step_inputs(fmu_instance *instance, double duration) {
     sm_inputs later = instance->run.inputs;
     fmu_advance_inputs(&later, duration);
-    fmu_status status = apply_inputs(instance);
-    if (status == FMU_OK) status = check_carriers(instance, &later);
-    return status == FMU_OK ? check_apart(instance, &instance->run.inputs, &later) : status;
+    FMU_TRY(apply_inputs(instance));
+    FMU_TRY(check_carriers(instance, &later));
+    return check_apart(instance, &instance->run.inputs, &later);
 }
 
 fmu_status fmu_evaluate_inputs(fmu_instance *instance) {

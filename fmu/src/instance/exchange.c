@@ -11,7 +11,7 @@ fmu_status fmu_enter_events(fmu_instance *instance) {
                    : fmu_say(instance, FMU_ERROR,
                              "EnterEventMode: the instance was made without event mode");
     const sm_inputs inputs = fmu_inputs_now(instance);
-    if (instance->state == FMU_CONTINUOUS) instance->run.held = sm_hold_force(&inputs);
+    if (instance->state == FMU_CONTINUOUS) instance->run.previous = sm_force_of(&inputs);
     return fmu_enter(instance, FMU_EVENTS);
 }
 
@@ -24,7 +24,7 @@ fmu_status fmu_update_discrete(fmu_instance *instance, int *states_changed) {
     double amplitude[2 * SM_MODES];
     memcpy(amplitude, instance->outputs + FMU_AMPLITUDE, sizeof amplitude);
     *states_changed =
-        sm_force_discontinuity(&instance->flow, &instance->run.held, &inputs, amplitude);
+        sm_force_discontinuity(&instance->flow, &instance->run.previous, &inputs, amplitude);
     if (!*states_changed) return FMU_OK;
     for (int k = 0; k < 2 * SM_MODES; k++)
         if (!isfinite(amplitude[k]))
@@ -32,13 +32,13 @@ fmu_status fmu_update_discrete(fmu_instance *instance, int *states_changed) {
                            "the discontinuity of a force is too large: amplitude %g",
                            amplitude[k]);
     memcpy(instance->outputs + FMU_AMPLITUDE, amplitude, sizeof amplitude);
-    instance->run.held = sm_hold_force(&inputs);
+    instance->run.previous = sm_force_of(&inputs);
     fmu_outdate(instance);
     return FMU_OK;
 }
 
 fmu_status fmu_enter_continuous(fmu_instance *instance) {
-    memset(&instance->run.held, 0, sizeof instance->run.held);
+    memset(&instance->run.previous, 0, sizeof instance->run.previous);
     return fmu_enter(instance, FMU_CONTINUOUS);
 }
 
@@ -69,18 +69,17 @@ fmu_status fmu_set_states(fmu_instance *instance, const double *states, size_t c
 }
 
 fmu_status fmu_get_states(fmu_instance *instance, double *states, size_t count) {
-    if (check(instance, states, count) != FMU_OK) return FMU_ERROR;
-    const fmu_status status = instance->run.started ? FMU_OK : fmu_evaluate_outputs(instance);
-    if (status != FMU_OK) return status;
+    FMU_TRY(check(instance, states, count));
+    if (!instance->run.started) FMU_TRY(fmu_evaluate_outputs(instance));
     for (size_t k = 0; k < count; k++) states[k] = instance->outputs[fmu_state_place(instance, k)];
     return FMU_OK;
 }
 
 fmu_status fmu_get_rates(fmu_instance *instance, double *rates, size_t count) {
     if (check(instance, rates, count) != FMU_OK) return FMU_ERROR;
-    const fmu_status status = fmu_evaluate_rates(instance);
-    if (status == FMU_OK) memcpy(rates, instance->rates, count * sizeof *rates);
-    return status;
+    FMU_TRY(fmu_evaluate_rates(instance));
+    memcpy(rates, instance->rates, count * sizeof *rates);
+    return FMU_OK;
 }
 
 fmu_status fmu_get_nominals(fmu_instance *instance, double *nominals, size_t count) {

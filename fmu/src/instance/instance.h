@@ -10,19 +10,27 @@
 
 #include <stddef.h>
 
+#include "base/exact_sum.h"
 #include "resources/model.h"
 #include "slow/discontinuity.h"
+#include "slow/inputs.h"
 
-#define FMU_INPUTS (sizeof(sm_inputs) / sizeof(double))
 #define FMU_INPUT_SLOT(field) ((int32_t)(offsetof(sm_inputs, field) / sizeof(double)))
 #define FMU_MESSAGE 512 /* bytes of a log message at most */
 
 /* As fmi2Status and fmi3Status count them. */
 typedef enum { FMU_OK = 0, FMU_WARNING, FMU_DISCARD, FMU_ERROR } fmu_status;
 
+/* Returns from the calling function with the status of a call, unless it is FMU_OK. */
+#define FMU_TRY(call)                          \
+    do {                                       \
+        const fmu_status called_ = (call);     \
+        if (called_ != FMU_OK) return called_; \
+    } while (0)
+
 typedef enum { FMU_MODEL_EXCHANGE = 0, FMU_CO_SIMULATION } fmu_interface;
 
-/* States of an instance, to be combined into those in which a call is allowed. */
+/* States of an instance; a combination states when a call is allowed. */
 typedef enum {
     FMU_INSTANTIATED = 1,
     FMU_INITIALIZATION = 2,
@@ -69,9 +77,9 @@ typedef struct {
     double parameters[FMU_PARAMETERS];
     double amplitude[2 * SM_MODES]; /* at the start */
     sm_inputs inputs;               /* in the importer's units; angles unused */
-    sm_inputs held_inputs;          /* Model Exchange: inputs as they were set, */
-    double held_since[FMU_INPUTS];  /* and when each of them, or its rate, was set [s] */
-    sm_held_force held;             /* within an event: the force before it */
+    sm_inputs given_inputs;         /* Model Exchange: inputs as they were set, */
+    double given_at[SM_INPUT_DOUBLES]; /* and when each of them, or its rate, was set [s] */
+    sm_previous_force previous;     /* within an event: the force before it */
 } fmu_run;
 
 /* What is stepped; one of both, the other is NULL. */
@@ -157,7 +165,7 @@ void fmu_set_input(fmu_instance *instance, int32_t slot, double value);
 /* Moves inputs at their rates for a duration. */
 void fmu_advance_inputs(sm_inputs *inputs, double duration);
 /* Model Exchange: inputs move from the present values and time on. */
-void fmu_hold_inputs(fmu_instance *instance);
+void fmu_note_inputs(fmu_instance *instance);
 /* Model Exchange: moves the inputs to the present time. */
 void fmu_move_inputs(fmu_instance *instance);
 /* Turns forces in the importer's units into modal forces. */
@@ -167,7 +175,7 @@ sm_inputs fmu_inputs_now(const fmu_instance *instance);
 
 /* ---- evaluate.c: from values that were set to values that are read ----------------------- */
 
-/* Brings outputs, rates or motion up to date. */
+/* Evaluates outputs, rates or motion if they are out of date. */
 fmu_status fmu_evaluate_outputs(fmu_instance *instance);
 fmu_status fmu_evaluate_rates(fmu_instance *instance);
 fmu_status fmu_evaluate_motion(fmu_instance *instance, fmu_motion_known needed);
@@ -236,7 +244,7 @@ fmu_status fmu_step(fmu_instance *instance, double time, double duration);
 
 /* ---- exchange.c: events, and Model Exchange, where the importer has time and states ------ */
 
-/* Holds the present forces as those before the event; not in the initial event. */
+/* Stores the present forces as the forces before the event; not in the initial event. */
 fmu_status fmu_enter_events(fmu_instance *instance);
 /* Discontinuities of the forces since then change the amplitudes by the free vibrations that they
  * leave, as between two steps of a component. */

@@ -15,7 +15,7 @@ fmu_status fmu_reset(fmu_instance *instance) {
     memcpy(run->parameters, model->constants->parameters, sizeof run->parameters);
     memcpy(run->amplitude, model->constants->amplitude, sizeof run->amplitude);
     run->inputs = *model->inputs;
-    memset(&run->held, 0, sizeof run->held);
+    memset(&run->previous, 0, sizeof run->previous);
     instance->state = FMU_INSTANTIATED;
     instance->terminated = 0;
     instance->refused_at = NAN;
@@ -104,8 +104,7 @@ fmu_status fmu_setup(fmu_instance *instance, int tolerance_defined, double toler
 }
 
 fmu_status fmu_exit_initialization(fmu_instance *instance) {
-    const fmu_status status = fmu_evaluate_outputs(instance);
-    if (status != FMU_OK) return status;
+    FMU_TRY(fmu_evaluate_outputs(instance));
     instance->state = instance->interface == FMU_MODEL_EXCHANGE ? FMU_EVENTS
                       : instance->event_mode                    ? FMU_STEP_EVENTS
                                                                 : FMU_STEPPING;

@@ -75,9 +75,7 @@ fmu_status fmu_snapshot_apply(fmu_instance *instance, const fmu_snapshot *snapsh
     fmu_run run;
     memcpy(&run, snapshot->content, sizeof run);
     const double *state = snapshot->content + RUN + instance->output_count;
-    const fmu_status status =
-        fmu_evaluate_restore(instance, run.parameters, state, "SetFMUState");
-    if (status != FMU_OK) return status;
+    FMU_TRY(fmu_evaluate_restore(instance, run.parameters, state, "SetFMUState"));
     instance->state = (fmu_state)snapshot->head.state;
     instance->run = run;
     /* passed before the snapshot was taken; again, a moving force could differ in the last bit */

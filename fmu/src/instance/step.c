@@ -129,18 +129,15 @@ static fmu_status check_step(const fmu_instance *instance, double time, double d
 }
 
 fmu_status fmu_step(fmu_instance *instance, double time, double duration) {
-    fmu_status status = check_step(instance, time, duration);
-    if (status == FMU_OK) status = fmu_evaluate_step_inputs(instance, duration);
-    if (status != FMU_OK) return status;
+    FMU_TRY(check_step(instance, time, duration));
+    FMU_TRY(fmu_evaluate_step_inputs(instance, duration));
     const int observed = instance->observer.update != NULL;
     double taken = duration;
-    const sm_status stepped =
-        observed ? SM_OK : fmu_core_step(instance->core, duration);
+    const sm_status stepped = observed ? SM_OK : fmu_core_step(instance->core, duration);
     if (observed || stepped == SM_OUTSIDE_TABLE)
-        status = march(instance, &taken);
+        FMU_TRY(march(instance, &taken));
     else if (stepped != SM_OK)
-        status = refuse(instance, duration, stepped, instance->outputs);
-    if (status != FMU_OK) return status;
+        return refuse(instance, duration, stepped, instance->outputs);
     instance->terminated = 0;
     fmu_advance_inputs(&instance->run.inputs, taken);
     instance->rates_current = 0;

@@ -34,7 +34,7 @@ static const fmu_variable *find(const fmu_instance *instance, int32_t type, uint
     return variable;
 }
 
-/* Brings the value of a variable up to date. */
+/* Evaluates a variable if its value is out of date. */
 static fmu_status evaluate_for(fmu_instance *instance, const fmu_variable *variable) {
     if (variable->kind == FMU_INPUT || variable->kind == FMU_PARAMETER) return FMU_OK;
     const fmu_model *model = instance->model;
@@ -42,13 +42,13 @@ static fmu_status evaluate_for(fmu_instance *instance, const fmu_variable *varia
     if (variable->kind == FMU_OUTPUT && variable->slot >= model->slow_outputs)
         return fmu_evaluate_motion(
             instance, variable->slot < elastic ? FMU_CONTACT_MOTION : FMU_ALL_MOTION);
-    const fmu_status status = fmu_evaluate_outputs(instance);
-    return status == FMU_OK && variable->kind == FMU_RATE ? fmu_evaluate_rates(instance) : status;
+    FMU_TRY(fmu_evaluate_outputs(instance));
+    return variable->kind == FMU_RATE ? fmu_evaluate_rates(instance) : FMU_OK;
 }
 
 /* Returns a carrier angle in [0, 2 pi), as in Co-Simulation; the state grows without bound. */
 static double wrapped(double angle) {
-    const double turn = 6.283185307179586, rest = angle - turn * floor(angle / turn);
+    const double turn = SM_TWO_PI, rest = angle - turn * floor(angle / turn);
     return rest >= 0.0 && rest < turn ? rest : 0.0; /* outside by rounding */
 }
 
@@ -96,8 +96,7 @@ fmu_status fmu_get_reals(fmu_instance *instance, const uint32_t *reference, size
                        (unsigned long)needed, (unsigned long)values);
     for (size_t k = 0; k < count; k++) {
         const fmu_variable *variable = &instance->model->variable[reference[k]];
-        const fmu_status status = evaluate_for(instance, variable);
-        if (status != FMU_OK) return status;
+        FMU_TRY(evaluate_for(instance, variable));
         if (variable->type == FMU_ARRAY) {
             memcpy(value, instance->outputs + variable->slot, size * sizeof *value);
             value += size;
@@ -114,8 +113,7 @@ fmu_status fmu_get_integers(fmu_instance *instance, int32_t type, const uint32_t
         if (!find(instance, type, reference[k])) return FMU_ERROR;
     for (size_t k = 0; k < count; k++) {
         const fmu_variable *variable = &instance->model->variable[reference[k]];
-        const fmu_status status = evaluate_for(instance, variable);
-        if (status != FMU_OK) return status;
+        FMU_TRY(evaluate_for(instance, variable));
         value[k] = (int32_t)present_value(instance, variable);
     }
     return FMU_OK;

@@ -28,7 +28,7 @@ typedef struct {
  * of all its bytes. NULL: `reason` says what is wrong with the file. */
 void *npy_read(FILE *file, const npy_layout *layout, uint32_t *crc, const char **reason);
 
-/* Returns the CRC-32 (ISO 3309, as in zlib) of more bytes after those with `crc`; 0 at first. */
+/* Returns the CRC-32 (ISO 3309, as in zlib) of `crc` continued by these bytes; 0 at first. */
 uint32_t npy_crc(uint32_t crc, const void *bytes, size_t count);
 
 #endif

@@ -70,7 +70,7 @@ typedef struct {
     const fmu_constants *constants;
     const sm_inputs *inputs;           /* start values */
     int32_t modes, tones, contacts, variables;
-    int32_t slow_outputs, outputs;     /* those before the motion of contacts and DOFs, and all */
+    int32_t slow_outputs, outputs;     /* outputs before the motion of contacts and DOFs; all */
     int shares_tone;                   /* whether it has `tone` instead of what follows */
     sm_tone tone;
     sm_slow_flow flow;

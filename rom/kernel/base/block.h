@@ -31,6 +31,17 @@ static inline double *sm_take(sm_block *block, size_t count) {
     return place;
 }
 
+/* Places several arrays of `count` doubles; the arguments are the addresses of their pointers. */
+#define SM_TAKE_EACH(block, count, ...)                                  \
+    do {                                                                 \
+        double **const arrays_[] = {__VA_ARGS__};                        \
+        for (size_t k_ = 0; k_ < sizeof arrays_ / sizeof *arrays_; k_++) \
+            *arrays_[k_] = sm_take((block), (count));                    \
+    } while (0)
+
+/* Returns the number of doubles of a structure that has nothing else. */
+#define SM_DOUBLES_IN(type) (sizeof(type) / sizeof(double))
+
 /* Returns a number rounded up to a multiple. */
 static inline size_t sm_whole(size_t number, size_t of) { return (number + of - 1) / of * of; }
 

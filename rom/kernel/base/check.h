@@ -10,11 +10,26 @@
 /* Largest relative difference of numbers that are equal except for rounding [-]: products of
  * matrices, sums of many time steps. Errors in a model are much larger. */
 #define SM_ROUNDING_TOLERANCE 1e-9
+/* Rounding error of a sum of some ten numbers, relative to the largest of them [-]: residuals,
+ * pivots of matrices and steps below are rounding alone. */
+#define SM_ROUNDING 1e-14
+/* Halvings of a step in a line search: the rest, 2^-50 of the step, is rounding. */
+#define SM_MAX_HALVINGS 50
+/* Iterations at most: a linear convergence with a ratio of 0.7 reaches 1e-15. Newton's method for
+ * random elastic contacts needed up to 64. */
+#define SM_MAX_ITERATIONS 100
 /* Smallest divisor, in units of SI: reciprocals of smaller numbers are close to overflow. */
 #define SM_TINY 1e-300
 /* Largest number of steps of a period and of nodes of a table, and largest order of a harmonic: no
  * grid resolves more. */
 #define SM_MOST 65536
+
+/* Returns from the calling function with the status of a call, unless it is SM_OK. */
+#define SM_TRY(call)                              \
+    do {                                          \
+        const sm_status called_ = (call);         \
+        if (called_ != SM_OK) return called_;     \
+    } while (0)
 
 /* Returns whether no value is NaN or infinite. */
 static inline int sm_all_finite(const double *values, size_t count) {
@@ -26,6 +41,16 @@ static inline int sm_all_finite(const double *values, size_t count) {
 /* Returns whether all doubles of an array or structure are finite. */
 #define SM_FINITE(doubles) \
     sm_all_finite((const double *)(const void *)&(doubles), sizeof(doubles) / sizeof(double))
+
+/* Returns the factor of the next time step after a step with an error relative to the tolerance, by a
+ * method whose error estimate is proportional to h^order; at most `largest`. The safety factor and
+ * the smallest factor are usual values (Hairer, Norsett, Wanner 1993, II.4). */
+#define SM_SAFETY 0.9
+#define SM_SMALLEST_FACTOR 0.2
+static inline double sm_step_factor(double error, double order, double largest) {
+    if (!(error > 0.0)) return largest;
+    return fmin(fmax(SM_SAFETY * pow(error, -1.0 / order), SM_SMALLEST_FACTOR), largest);
+}
 
 /* Returns SM_OK for a finite value > 0. */
 static inline sm_status sm_check_positive(double value) {

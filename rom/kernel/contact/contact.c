@@ -1,7 +1,9 @@
+/* Checks of the contacts of all functions of slipmode.h. */
 #include "base/check.h"
 #include "base/cnumber.h"
 #include "contact/elastic/law.h"
 
+/* Returns whether a matrix is symmetric, except for rounding. */
 static int symmetric(const double *matrix, size_t n) {
     for (size_t i = 0; i < n; i++)
         for (size_t j = 0; j < i; j++) {
@@ -12,6 +14,7 @@ static int symmetric(const double *matrix, size_t n) {
     return 1;
 }
 
+/* Checks the modes that are integrated with elastic contacts. */
 static sm_status check_marched(const sm_modal_response *response, size_t contacts) {
     if (response->marched < 0 || response->marched > 4096) return SM_BAD_ARGUMENT;
     if (response->marched == 0) return SM_OK;
@@ -22,14 +25,14 @@ static sm_status check_marched(const sm_modal_response *response, size_t contact
                ? SM_OK : SM_NOT_FINITE;
 }
 
+/* Checks the response of the modes. */
 static sm_status check_response(const sm_contact *contact) {
     const sm_modal_response *response = contact->response;
     const size_t n = (size_t)contact->contacts;
-    const sm_status status = sm_orders_check(response->orders_count, response->orders);
-    if (status != SM_OK || !response->dynamic_stiffness) return status;
+    SM_TRY(sm_orders_check(response->orders_count, response->orders));
+    if (!response->dynamic_stiffness) return SM_OK;
     if (response->requested < 0 || response->requested > response->orders_count) return SM_BAD_ARGUMENT;
-    const sm_status marched = check_marched(response, n);
-    if (marched != SM_OK) return marched;
+    SM_TRY(check_marched(response, n));
     const size_t harmonics = (size_t)response->orders_count * n * 2;
     return sm_all_finite(response->dynamic_stiffness, harmonics * n) &&
                    (!response->start || sm_all_finite(response->start, harmonics)) &&
@@ -37,21 +40,17 @@ static sm_status check_response(const sm_contact *contact) {
                ? SM_OK : SM_NOT_FINITE;
 }
 
-/* The dual problem: K is less than nothing, and all that there is besides the coupling. A model may
- * have no contacts: its table was not made from any. */
+/* Checks the dual problem of elastic contacts: K is negative semidefinite, and there is no mass. A
+ * model may have no contacts. */
 static sm_status check_elastic(const sm_contact *contact) {
     const size_t n = (size_t)contact->contacts;
-    if (!contact->stiffness || !contact->coupling || contact->mass) return SM_BAD_ARGUMENT;
-    if (!sm_all_finite(contact->stiffness, n * n) ||
-        !sm_all_finite(contact->coupling, 2 * n * (size_t)contact->modes))
-        return SM_NOT_FINITE;
+    if (contact->mass) return SM_BAD_ARGUMENT;
     for (size_t i = 0; i < n; i++)
         if (contact->stiffness[i * n + i] > 0.0) return SM_BAD_ARGUMENT;
-    if (!symmetric(contact->stiffness, n)) return SM_BAD_ARGUMENT;
     if (n == 0 && contact->elastic && contact->elastic->elements == 0)
         return contact->elastic->sliders == 0 ? SM_OK : SM_BAD_ARGUMENT;
-    const sm_status status = sm_elastic_check(contact->elastic, contact->contacts);
-    return status == SM_OK && contact->response ? check_response(contact) : status;
+    SM_TRY(sm_elastic_check(contact->elastic, contact->contacts));
+    return contact->response ? check_response(contact) : SM_OK;
 }
 
 sm_status sm_contact_check(const sm_contact *contact) {
@@ -59,25 +58,23 @@ sm_status sm_contact_check(const sm_contact *contact) {
     if (!contact || contact->contacts < 0 || contact->contacts > 32768) return SM_BAD_ARGUMENT;
     if (contact->contacts == 0 && contact->law != SM_ELASTIC) return SM_BAD_ARGUMENT;
     if (contact->modes < 1 || contact->modes > SM_MODES) return SM_BAD_ARGUMENT;
-    if (contact->law == SM_ELASTIC) return check_elastic(contact);
-    if (!contact->limit || !contact->stiffness || !contact->damping || !contact->coupling)
-        return SM_BAD_ARGUMENT;
+    if (!contact->stiffness || !contact->coupling) return SM_BAD_ARGUMENT;
     const size_t n = (size_t)contact->contacts;
-    if (!sm_all_finite(contact->limit, n) || !sm_all_finite(contact->stiffness, n * n) ||
-        !sm_all_finite(contact->damping, n * n) ||
+    if (!sm_all_finite(contact->stiffness, n * n) ||
         !sm_all_finite(contact->coupling, 2 * n * (size_t)contact->modes))
         return SM_NOT_FINITE;
+    if (!symmetric(contact->stiffness, n)) return SM_BAD_ARGUMENT;
+    if (contact->law == SM_ELASTIC) return check_elastic(contact);
+    if (!contact->limit || !contact->damping) return SM_BAD_ARGUMENT;
+    if (!sm_all_finite(contact->limit, n) || !sm_all_finite(contact->damping, n * n))
+        return SM_NOT_FINITE;
     if (contact->law != SM_TANH && contact->law != SM_COULOMB) return SM_BAD_ARGUMENT;
-    if (contact->law == SM_TANH) {
-        const sm_status status = sm_check_positive(contact->alpha);
-        if (status != SM_OK) return status;
-    }
+    if (contact->law == SM_TANH) SM_TRY(sm_check_positive(contact->alpha));
     for (size_t i = 0; i < n; i++)
         if (contact->limit[i] < 0.0 || !(contact->stiffness[i * n + i] > 0.0))
             return SM_BAD_ARGUMENT;
     if (contact->mass && !sm_all_finite(contact->mass, n * n)) return SM_NOT_FINITE;
-    if (!symmetric(contact->stiffness, n) || !symmetric(contact->damping, n) ||
-        (contact->mass && !symmetric(contact->mass, n)))
+    if (!symmetric(contact->damping, n) || (contact->mass && !symmetric(contact->mass, n)))
         return SM_BAD_ARGUMENT;
     return contact->response ? check_response(contact) : SM_OK;
 }

@@ -31,14 +31,7 @@ SM_INLINE double sm_tanh_from(double w, double e, double inv) {
     return copysign(size < 1e-4 ? small : (1.0 - e) * inv, w);
 }
 
-/* The w >= 0 where c w + tanh w = eta >= 0 lies between these. */
-SM_INLINE double sm_tanh_low(const sm_resolvent *f, double eta) {
-    const double slip_bound = (eta - 1.0) * f->slip, stick_bound = eta * f->stick;
-    return slip_bound > stick_bound ? slip_bound : stick_bound;
-}
-SM_INLINE double sm_tanh_high(const sm_resolvent *f, double eta) { return eta * f->slip; }
-
-/* About the w >= 0 where c w + tanh w = eta >= 0. */
+/* Returns an estimate of the w >= 0 where c w + tanh w = eta >= 0, between its bounds. */
 SM_INLINE double sm_tanh_guess(const sm_resolvent *f, double eta) {
     const double knee = f->knee, delta = 1.0 - eta;
     /* 1 - tanh w, joined smoothly between stick (delta) and slip (0) */
@@ -47,7 +40,8 @@ SM_INLINE double sm_tanh_guess(const sm_resolvent *f, double eta) {
     const double from_stick = 0.5 * sm_log_rough((2.0 - gap) / gap);
     const double from_slip = (gap - delta) * f->slip;
     const double w = delta > 0.0 ? from_stick : from_slip;
-    const double low = sm_tanh_low(f, eta), high = sm_tanh_high(f, eta);
+    const double slip_bound = (eta - 1.0) * f->slip, stick_bound = eta * f->stick;
+    const double low = slip_bound > stick_bound ? slip_bound : stick_bound, high = eta * f->slip;
     const double raised = w < low ? low : w;
     return raised > high ? high : raised;
 }
@@ -87,8 +81,8 @@ SM_INLINE void sm_friction_force(const int lanes, const sm_resolvent *f,
     }
     SM_SIMD
     for (int l = 0; l < lanes; l++) { /* also the frictionless contact, limit = 0 */
-        const double held = fabs(load[l]) <= limit ? load[l] : copysign(limit, load[l]);
-        g[l] = v[l] == 0.0 ? held : copysign(limit, v[l]);
+        const double at_rest = fabs(load[l]) <= limit ? load[l] : copysign(limit, load[l]);
+        g[l] = v[l] == 0.0 ? at_rest : copysign(limit, v[l]);
         slope[l] = v[l] == 0.0 && fabs(load[l]) <= limit && limit > 0.0 ? INFINITY : 0.0;
     }
 }

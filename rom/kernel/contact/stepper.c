@@ -7,10 +7,8 @@
 void sm_stepper_place(sm_stepper *stepper, int contacts, sm_block *block) {
     const size_t n = (size_t)contacts;
     *stepper = (sm_stepper){.contacts = contacts, .massless = 1};
-    stepper->matrix = sm_take(block, n * n);
-    stepper->stiffness = sm_take(block, n * n);
-    stepper->factor = sm_take(block, n * n);
-    stepper->inertia = sm_take(block, n * n);
+    SM_TAKE_EACH(block, n * n, &stepper->matrix, &stepper->stiffness, &stepper->factor,
+                 &stepper->inertia);
     stepper->laws = (void *)sm_take(block, sm_doubles(n * sizeof(sm_resolvent)));
 }
 
@@ -22,24 +20,20 @@ static int positive_definite(const double *matrix, size_t n, double *factor) {
     return sm_cholesky(n, 0.0, factor) == n;
 }
 
+/* Sets the law of contact i for the step matrix. */
 static void set_law(sm_stepper *stepper, const sm_contact *contact, int i) {
     stepper->laws[i] = sm_resolvent_make(contact->law, stepper->matrix[i * (stepper->contacts + 1)],
                                          contact->limit[i], contact->alpha);
 }
 
-/* Limits may be scaled from one march to the next, in steps that are as long as before. */
-static void set_limits(sm_stepper *stepper, const sm_contact *contact) {
-    for (int i = 0; i < contact->contacts; i++)
-        if (stepper->laws[i].limit != contact->limit[i]) set_law(stepper, contact, i);
-}
-
 sm_status sm_stepper_set(sm_stepper *stepper, const sm_contact *contact, double h) {
     const int n = contact->contacts;
-    if (stepper->h == h) {
-        set_limits(stepper, contact);
+    if (stepper->h == h) { /* limits may be scaled from one march to the next */
+        for (int i = 0; i < n; i++)
+            if (stepper->laws[i].limit != contact->limit[i]) set_law(stepper, contact, i);
         return SM_OK;
     }
-    stepper->h = 0.0; /* until the matrix is known to be good */
+    stepper->h = 0.0; /* until the matrix is known to be positive definite */
     for (int i = 0; i < n; i++)
         for (int j = 0; j < n; j++) {
             const int k = i * n + j, low = i > j ? k : j * n + i; /* symmetric to the last bit */
@@ -59,10 +53,8 @@ sm_status sm_stepper_set(sm_stepper *stepper, const sm_contact *contact, double 
 
 void sm_lanes_place(sm_lanes *m, int contacts, int lanes, sm_block *block) {
     const size_t n = (size_t)contacts, size = n * (size_t)lanes, before = block->taken;
-    double **arrays[] = {&m->x,          &m->base,       &m->u,          &m->v,      &m->g,
-                         &m->slope,      &m->stage_v[0], &m->stage_v[1], &m->inertia,
-                         &m->r,          &m->residual,   &m->step,       &m->before};
-    for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++) *arrays[i] = sm_take(block, size);
+    SM_TAKE_EACH(block, size, &m->x, &m->base, &m->u, &m->v, &m->g, &m->slope, &m->stage_v[0],
+                 &m->stage_v[1], &m->inertia, &m->r, &m->residual, &m->step, &m->before);
     m->factor = sm_take(block, size * n);
     if (lanes == 1) m->last_r = sm_take(block, n);
     m->lanes = lanes;

@@ -17,6 +17,9 @@
 #define SM_BDF_WEIGHT 0.35355339059327376 /* sqrt 2 / 4: of the first two velocities in a step */
 #define SM_STAGE_TOLERANCE 1e-11 /* of the forces on the contact */
 #define SM_SMOOTH_TOLERANCE 1e-12 /* of the friction limits, for rounding alone */
+/* Tolerance of stages whose force is read, of the friction limits [-]: far below the error of the time
+ * steps, also if the matrix S multiplies the error of v in the force. */
+#define SM_READ_TOLERANCE 1e-10
 
 typedef struct {
     int contacts;

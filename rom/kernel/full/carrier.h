@@ -36,11 +36,6 @@ SM_INLINE void sm_set_phasor(sm_phasors *z, int stage, double angle) {
     z->im[stage] = sin(angle);
 }
 
-/* Multiplies the phasors of all stages. */
-SM_INLINE void sm_advance_phasors(sm_phasors *z, const sm_phasors *by) {
-    sm_turn(SM_CARRIER_STAGES, z->re, z->im, by->re, by->im);
-}
-
 /* Sets exact phasors of the step that starts `elapsed` seconds after the inputs do. */
 static inline void sm_carrier_anchor(sm_carrier *carrier, double elapsed) {
     const sm_inputs *inputs = carrier->inputs;
@@ -61,9 +56,10 @@ static inline void sm_carrier_anchor(sm_carrier *carrier, double elapsed) {
 /* Advances the phasors to the next step. */
 SM_INLINE void sm_carrier_advance(sm_carrier *carrier) {
     for (int j = 0; j < carrier->modes; j++) {
-        sm_advance_phasors(&carrier->wave[j], &carrier->by[j]);
+        sm_phasors *wave = &carrier->wave[j], *by = &carrier->by[j], *bend = &carrier->bend[j];
+        sm_turn(SM_CARRIER_STAGES, wave->re, wave->im, by->re, by->im);
         if (carrier->inputs->frequency_rate[j] != 0.0)
-            sm_advance_phasors(&carrier->by[j], &carrier->bend[j]);
+            sm_turn(SM_CARRIER_STAGES, by->re, by->im, bend->re, bend->im);
     }
 }
 

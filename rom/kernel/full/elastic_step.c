@@ -7,13 +7,9 @@ void sm_elastic_step_place(sm_elastic_step *s, const sm_full *full, size_t width
     const size_t n = (size_t)full->contacts;
     *s = (sm_elastic_step){
         .contacts = n, .width = width, .remembered = sm_elastic_memory(elastic)};
-    s->own = sm_take(block, width);
-    s->ahead = sm_take(block, width);
-    s->directions = sm_take(block, n * width);
-    s->gather = sm_take(block, n * width);
-    s->u = sm_take(block, n);
-    s->x_c = sm_take(block, n);
-    s->v_c = sm_take(block, n);
+    SM_TAKE_EACH(block, width, &s->own, &s->ahead);
+    SM_TAKE_EACH(block, n * width, &s->directions, &s->gather);
+    SM_TAKE_EACH(block, n, &s->u, &s->x_c, &s->v_c);
     s->memory = sm_take(block, s->remembered);
     sm_elastic_solver_place(&s->solver, elastic, full->contacts, full->flexibility, block);
 }
@@ -21,10 +17,8 @@ void sm_elastic_step_place(sm_elastic_step *s, const sm_full *full, size_t width
 void sm_elastic_step_set(sm_elastic_step *s, const sm_full *full) {
     const size_t n = (size_t)full->coordinates;
     const double *reference = full->elastic->reference;
-    for (size_t k = 0; k < n; k++) {
-        s->own[k] = full->own[k];
-        s->ahead[k] = full->ahead[k];
-    }
+    memcpy(s->own, full->own, n * sizeof(double));
+    memcpy(s->ahead, full->ahead, n * sizeof(double));
     for (size_t i = 0; i < s->contacts; i++) {
         memcpy(s->directions + i * s->width, full->directions + i * n, n * sizeof(double));
         for (size_t j = 0; j < s->contacts; j++) {
@@ -54,8 +48,7 @@ SM_HOT sm_status sm_elastic_step_take(sm_elastic_step *s, sm_esdirk4 *m, double 
     move_freely(s, m, force);
     for (size_t i = 0; i < s->contacts; i++)
         s->u[i] = sm_full_dot(s->gather + i * width, m->load, width);
-    const sm_status status = sm_elastic_solve(&s->solver, s->u, s->memory, s->x_c);
-    if (status != SM_OK) return status;
+    SM_TRY(sm_elastic_solve(&s->solver, s->u, s->memory, s->x_c));
     double *restrict after = m->stage_v;
     for (size_t i = 0; i < s->contacts; i++) {
         const double now = s->solver.f[i];

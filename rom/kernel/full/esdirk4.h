@@ -12,6 +12,7 @@
 #ifndef SLIPMODE_ESDIRK4_H
 #define SLIPMODE_ESDIRK4_H
 
+#include "base/check.h"
 #include "contact/stepper.h"
 #include "full/carrier.h"
 
@@ -167,8 +168,7 @@ SM_INLINE sm_status sm_esdirk4_step(sm_esdirk4 *m, double elapsed) {
         sm_carrier_force(&m->carrier, stage, elapsed, force);
         sm_esdirk4_start_stage(m, stage);
         sm_esdirk4_free(m, force, v);
-        const sm_status status = sm_esdirk4_friction(m, v);
-        if (status != SM_OK) return status;
+        SM_TRY(sm_esdirk4_friction(m, v));
         const int last = stage == SM_ESDIRK4_STAGES - 1;
         sm_esdirk4_accumulate(m, last ? own : h * SM_ESDIRK4_WEIGHT[SM_ESDIRK4_STAGES - 1][stage]);
         SM_EACH(k, width) dv[k] = v[k] - m->base_v[k];

@@ -13,9 +13,6 @@
 #include "base/dense.h"
 #include "slow/slow_flow.h"
 
-/* Residual of a stage in friction limits: far below the error of the time steps. */
-#define STAGE_TOLERANCE 1e-9
-
 size_t sm_full_state_count(const sm_full *full) {
     const size_t remembered = full->law == SM_ELASTIC ? sm_elastic_memory(full->elastic) : 0;
     return 2 * (size_t)full->coordinates + 3 * (size_t)full->contacts + 1 + remembered;
@@ -59,30 +56,27 @@ static sm_status check_values(const sm_full *full) {
         !sm_all_finite(full->patterns, (size_t)full->modes * n) ||
         !sm_all_finite(full->output, (size_t)full->outputs * n))
         return SM_NOT_FINITE;
-    const sm_status status = sm_check_positive(full->step);
-    if (full->law == SM_ELASTIC) return status != SM_OK ? status : check_elastic_values(full);
+    SM_TRY(sm_check_positive(full->step));
+    if (full->law == SM_ELASTIC) return check_elastic_values(full);
     if (!sm_all_finite(full->limit, contacts) ||
         !sm_all_finite(full->resistance, contacts * contacts))
         return SM_NOT_FINITE;
     for (size_t i = 0; i < contacts; i++)
         if (full->limit[i] < 0.0) return SM_BAD_ARGUMENT;
-    return status != SM_OK || full->law == SM_COULOMB ? status : sm_check_positive(full->alpha);
+    return full->law == SM_COULOMB ? SM_OK : sm_check_positive(full->alpha);
 }
 
 /* Takes the arrays from a block, or counts them. */
 static void place(sm_esdirk4 *m, sm_elastic_step *elastic, const sm_full *full, sm_block *block) {
     const size_t width = sm_whole((size_t)full->coordinates, SM_SHORT_VECTOR);
     const size_t contacts = (size_t)full->contacts;
-    double **rows[] = {&m->q, &m->v, &m->base_q, &m->base_v, &m->stiffness, &m->per_step, &m->load};
-    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) *rows[i] = sm_take(block, width);
-    m->stage_v = sm_take(block, SM_ESDIRK4_STAGES * width);
-    m->stage_dv = sm_take(block, SM_ESDIRK4_STAGES * width);
-    m->pattern = sm_take(block, SM_MODES * width);
-    m->pattern_response = sm_take(block, SM_MODES * width);
+    SM_TAKE_EACH(block, width, &m->q, &m->v, &m->base_q, &m->base_v, &m->stiffness, &m->per_step,
+                 &m->load);
+    SM_TAKE_EACH(block, SM_ESDIRK4_STAGES * width, &m->stage_v, &m->stage_dv);
+    SM_TAKE_EACH(block, SM_MODES * width, &m->pattern, &m->pattern_response);
     m->response = sm_take(block, contacts * width);
     m->inverse = sm_take(block, full->diagonal ? width : width * width);
-    m->x_c = sm_take(block, contacts);
-    m->force = sm_take(block, contacts);
+    SM_TAKE_EACH(block, contacts, &m->x_c, &m->force);
     if (elastic) {
         sm_elastic_step_place(elastic, full, width, block);
         m->v_c = elastic->v_c;
@@ -136,7 +130,7 @@ static sm_status prepare(sm_esdirk4 *m, sm_elastic_step *elastic, const sm_full 
                                 .stiffness = m->stepper.stiffness, /* zeros: S is all there is */
                                 .damping = full->resistance};
     const sm_status status = sm_stepper_set(&m->stepper, &contact, full->step);
-    m->stepper.tolerance = STAGE_TOLERANCE;
+    m->stepper.tolerance = SM_READ_TOLERANCE;
     return status;
 }
 
@@ -155,24 +149,24 @@ static void start_acceleration(sm_esdirk4 *m, const sm_full *full, const double 
     }
 }
 
+/* Copies the state to `state`, or from there if `back`. */
+static void exchange_state(sm_esdirk4 *m, sm_elastic_step *elastic, const sm_full *full,
+                           double *state, int back) {
+    const size_t n = (size_t)full->coordinates, contacts = (size_t)full->contacts;
+    double *const row[] = {m->q,     m->v,           m->x_c, elastic ? elastic->v_c : m->lane.v,
+                           m->force, &m->dissipated, elastic ? elastic->memory : NULL};
+    const size_t size[] = {n,        n, contacts,                       contacts,
+                           contacts, 1, elastic ? elastic->remembered : 0};
+    for (size_t k = 0; k < sizeof row / sizeof *row; state += size[k++])
+        if (size[k] > 0) memcpy(back ? row[k] : state, back ? state : row[k], size[k] * sizeof *state);
+}
+
 /* Starts from a state at `elapsed`. */
 static void start(sm_esdirk4 *m, sm_elastic_step *elastic, const sm_full *full,
-                  const sm_inputs *inputs, double elapsed, const double *state) {
-    const size_t n = (size_t)full->coordinates, contacts = (size_t)full->contacts;
-    const double *x_c = state + 2 * n, *v_c = x_c + contacts, *force_c = v_c + contacts;
-    memcpy(m->q, state, n * sizeof(double));
-    memcpy(m->v, state + n, n * sizeof(double));
-    memcpy(m->x_c, x_c, contacts * sizeof(double));
-    memcpy(m->force, force_c, contacts * sizeof(double));
-    m->dissipated = force_c[contacts];
-    if (elastic) {
-        memcpy(elastic->x_c, x_c, contacts * sizeof(double));
-        memcpy(elastic->v_c, v_c, contacts * sizeof(double));
-        memcpy(elastic->memory, force_c + contacts + 1, elastic->remembered * sizeof(double));
-    } else {
-        memcpy(m->lane.v, v_c, contacts * sizeof(double));
-        m->lane.rows = 0;
-    }
+                  const sm_inputs *inputs, double elapsed, double *state) {
+    exchange_state(m, elastic, full, state, 1);
+    if (elastic) memcpy(elastic->x_c, m->x_c, (size_t)full->contacts * sizeof(double));
+    m->lane.rows = 0;
     m->carrier.modes = full->modes;
     m->carrier.inputs = inputs;
     m->carrier.h = full->step;
@@ -184,30 +178,13 @@ static void start(sm_esdirk4 *m, sm_elastic_step *elastic, const sm_full *full,
     start_acceleration(m, full, force);
 }
 
-/* Writes the state. */
-static void finish(const sm_esdirk4 *m, const sm_elastic_step *elastic, const sm_full *full,
-                   double *state) {
-    const size_t n = (size_t)full->coordinates, contacts = (size_t)full->contacts;
-    double *x_c = state + 2 * n, *v_c = x_c + contacts, *force_c = v_c + contacts;
-    memcpy(state, m->q, n * sizeof(double));
-    memcpy(state + n, m->v, n * sizeof(double));
-    memcpy(x_c, m->x_c, contacts * sizeof(double));
-    memcpy(v_c, m->v_c, contacts * sizeof(double));
-    memcpy(force_c, m->force, contacts * sizeof(double));
-    force_c[contacts] = m->dissipated;
-    if (elastic)
-        memcpy(force_c + contacts + 1, elastic->memory, elastic->remembered * sizeof(double));
-}
-
 /* Makes steps `first` to `first + steps` of a run that starts `elapsed` seconds into the inputs. */
 SM_HOT static sm_status march(sm_esdirk4 *m, sm_elastic_step *elastic, double elapsed,
                               size_t first, size_t steps) {
     for (size_t k = first; k < first + steps; k++) {
         const double now = elapsed + m->h * (double)k;
         if (k % SM_EXACT_STEPS == 0) sm_carrier_anchor(&m->carrier, now);
-        const sm_status status =
-            elastic ? sm_elastic_step_take(elastic, m, now) : sm_esdirk4_step(m, now);
-        if (status != SM_OK) return status;
+        SM_TRY(elastic ? sm_elastic_step_take(elastic, m, now) : sm_esdirk4_step(m, now));
     }
     if (elastic) sm_elastic_step_velocity(elastic, m->v);
     return SM_OK;
@@ -229,9 +206,8 @@ static void sample_contacts(const sm_esdirk4 *m, const sm_full *full, double *co
 /* Checks the arguments of sm_full_march. */
 static sm_status check_run(const sm_full *full, const sm_inputs *inputs, double elapsed,
                            const double *state, const sm_full_samples *samples) {
-    sm_status status = check_sizes(full);
-    if (status == SM_OK) status = check_values(full);
-    if (status != SM_OK) return status;
+    SM_TRY(check_sizes(full));
+    SM_TRY(check_values(full));
     if (!inputs || !state || !samples || samples->count < 1 || samples->every < 1
         || !isfinite(elapsed))
         return SM_BAD_ARGUMENT;
@@ -239,15 +215,14 @@ static sm_status check_run(const sm_full *full, const sm_inputs *inputs, double 
     if ((full->outputs > 0 && !displaced) || !samples->contact || !samples->dissipated)
         return SM_BAD_ARGUMENT;
     if (!sm_all_finite(state, sm_full_state_count(full))) return SM_NOT_FINITE;
-    /* the limits are those of `full` */
+    /* `full` has the friction limits */
     if (inputs->limit_scale != 1.0 || inputs->limit_scale_rate != 0.0) return SM_BAD_ARGUMENT;
     return sm_inputs_check(inputs, full->modes);
 }
 
 sm_status sm_full_march(const sm_full *full, const sm_inputs *inputs, double elapsed,
                         double *state, const sm_full_samples *samples) {
-    sm_status status = check_run(full, inputs, elapsed, state, samples);
-    if (status != SM_OK) return status;
+    SM_TRY(check_run(full, inputs, elapsed, state, samples));
     sm_elastic_step of_elastic, *elastic = full->law == SM_ELASTIC ? &of_elastic : NULL;
     sm_esdirk4 m = {.contacts = full->contacts,
                     .diagonal = full->diagonal,
@@ -257,7 +232,7 @@ sm_status sm_full_march(const sm_full *full, const sm_inputs *inputs, double ela
     place(&m, elastic, full, &block);
     if (!sm_allocate(&block)) return SM_NO_MEMORY;
     place(&m, elastic, full, &block);
-    status = prepare(&m, elastic, full);
+    sm_status status = prepare(&m, elastic, full);
     if (status == SM_OK) start(&m, elastic, full, inputs, elapsed, state);
     const size_t n = (size_t)full->coordinates, rows = (size_t)full->outputs;
     for (size_t s = 0; s < samples->count && status == SM_OK; s++) {
@@ -270,7 +245,7 @@ sm_status sm_full_march(const sm_full *full, const sm_inputs *inputs, double ela
         samples->dissipated[s] = m.dissipated;
     }
     if (status == SM_OK) {
-        finish(&m, elastic, full, state);
+        exchange_state(&m, elastic, full, state, 0);
         status = sm_all_finite(state, sm_full_state_count(full)) ? SM_OK : SM_NOT_FINITE;
     }
     free(block.memory);

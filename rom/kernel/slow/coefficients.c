@@ -70,19 +70,18 @@ void sm_instant_set(sm_instant *instant, const sm_slow_flow *flow, const sm_inpu
     const int same = instant->known
                      && memcmp(&instant->inputs, inputs, offsetof(sm_inputs, angle)) == 0;
     instant->inputs = *inputs;
-    if (!same) {
-        const double *in = (const double *)(const void *)inputs;
-        sm_inputs rates = {.limit_scale = 0.0};
-        double *rate = (double *)(void *)&rates;
-        instant->known = instant->constant = 1;
-        for (int k = 0; k < SM_INPUT_VALUES; k++) {
-            rate[sm_value_place(k)] = in[sm_rate_place(k)];
-            if (in[sm_rate_place(k)] != 0.0) instant->constant = 0;
-        }
-        instant->now.limit_scale = inputs->limit_scale;
-        for (int j = 0; j < flow->table.modes; j++) evaluate(instant, flow, j, inputs);
-        if (!instant->constant) sm_coefficients_change(flow, instant, &rates, &instant->rate);
+    if (same) return;
+    const double *in = (const double *)(const void *)inputs;
+    sm_inputs rates = {.limit_scale = 0.0};
+    double *rate = (double *)(void *)&rates;
+    instant->known = instant->constant = 1;
+    for (int k = 0; k < SM_INPUT_VALUES; k++) {
+        rate[sm_value_place(k)] = in[sm_rate_place(k)];
+        if (in[sm_rate_place(k)] != 0.0) instant->constant = 0;
     }
+    instant->now.limit_scale = inputs->limit_scale;
+    for (int j = 0; j < flow->table.modes; j++) evaluate(instant, flow, j, inputs);
+    if (!instant->constant) sm_coefficients_change(flow, instant, &rates, &instant->rate);
 }
 
 void sm_instant_advance(sm_instant *instant, const sm_slow_flow *flow, const sm_inputs *inputs,

@@ -10,14 +10,14 @@
 
 #include "base/cnumber.h"
 
-sm_held_force sm_hold_force(const sm_inputs *inputs) {
-    sm_held_force previous = {.known = 1.0};
+sm_previous_force sm_force_of(const sm_inputs *inputs) {
+    sm_previous_force previous = {.known = 1.0};
     memcpy(previous.force, inputs->force, sizeof previous.force);
     memcpy(previous.phase, inputs->phase, sizeof previous.phase);
     return previous;
 }
 
-int sm_force_discontinuity(const sm_slow_flow *flow, const sm_held_force *previous,
+int sm_force_discontinuity(const sm_slow_flow *flow, const sm_previous_force *previous,
                            const sm_inputs *now, double *amplitude) {
     const int modes = flow->table.modes;
     const size_t size = (size_t)modes * sizeof(double);

@@ -8,10 +8,10 @@
  * treated as a discontinuity. */
 typedef struct {
     double force[SM_MODES], phase[SM_MODES], known;
-} sm_held_force;
+} sm_previous_force;
 
 /* Returns the forces of the inputs. */
-sm_held_force sm_hold_force(const sm_inputs *inputs);
+sm_previous_force sm_force_of(const sm_inputs *inputs);
 
 /* Adds free vibrations to the amplitudes (SM_MODES complex), which keep displacement and velocity
  * of the modes continuous if the forces change from `previous` to the forces of `now`. Returns 1 if
@@ -22,7 +22,7 @@ sm_held_force sm_hold_force(const sm_inputs *inputs);
  *   a = i exp(-i theta) Re(F exp(i theta) / (gamma + 2 i (Omega + omega_d))) / omega_d.
  * After a discontinuity of another force, to which it responds by q exp(i theta_j), its free
  * vibration cancels displacement and velocity of this response. */
-int sm_force_discontinuity(const sm_slow_flow *flow, const sm_held_force *previous,
+int sm_force_discontinuity(const sm_slow_flow *flow, const sm_previous_force *previous,
                            const sm_inputs *now, double *amplitude);
 
 #endif

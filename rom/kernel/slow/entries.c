@@ -18,13 +18,11 @@ static int combination_is_valid(const sm_combination *c, int modes) {
 }
 
 sm_status sm_slow_flow_check(const sm_slow_flow *flow) {
-    sm_status status = sm_table_check_shape(&flow->table);
-    if (status == SM_OK) status = sm_check_not_negative(flow->ratio);
-    if (status != SM_OK) return status;
+    SM_TRY(sm_table_check_shape(&flow->table));
+    SM_TRY(sm_check_not_negative(flow->ratio));
     const int modes = flow->table.modes;
     for (int j = 0; j < modes; j++) {
-        const sm_status positive = sm_check_positive(flow->natural[j]);
-        if (positive != SM_OK) return positive;
+        SM_TRY(sm_check_positive(flow->natural[j]));
         if (!isfinite(flow->damping[j]) || !SM_FINITE(flow->coupling_ratio[j])
             || !SM_FINITE(flow->off_resonance[j]) || !SM_FINITE(flow->cross_response[j])
             || !SM_FINITE(flow->other_modes[j]))
@@ -41,8 +39,7 @@ static sm_status set_point(const sm_slow_flow *flow, const sm_inputs *inputs, do
                            const double *amplitude, sm_instant *instant) {
     const int modes = flow->table.modes;
     const sm_inputs now = sm_inputs_after(inputs, modes, elapsed);
-    const sm_status status = sm_inputs_check(&now, modes);
-    if (status != SM_OK) return status;
+    SM_TRY(sm_inputs_check(&now, modes));
     if (!sm_all_finite(amplitude, 2 * (size_t)modes)) return SM_NOT_FINITE;
     sm_instant_set(instant, flow, &now);
     return SM_OK;
@@ -53,10 +50,9 @@ sm_status sm_slow_flow_rate(const sm_slow_flow *flow, const sm_inputs *inputs, d
     if (!flow || !inputs || !amplitude || !rate || !powers) return SM_BAD_ARGUMENT;
     double dy[SM_UNKNOWNS];
     sm_instant instant = {.known = 0};
-    sm_status status = sm_slow_flow_check(flow);
-    if (status == SM_OK) status = set_point(flow, inputs, elapsed, amplitude, &instant);
-    if (status == SM_OK) status = sm_slow_flow_derivative(flow, &instant, amplitude, dy);
-    if (status != SM_OK) return status;
+    SM_TRY(sm_slow_flow_check(flow));
+    SM_TRY(set_point(flow, inputs, elapsed, amplitude, &instant));
+    SM_TRY(sm_slow_flow_derivative(flow, &instant, amplitude, dy));
     if (!SM_FINITE(dy)) return SM_NOT_FINITE;
     memcpy(rate, dy, 2 * (size_t)flow->table.modes * sizeof *rate);
     powers[0] = dy[SM_PUT_IN];
@@ -90,8 +86,8 @@ sm_status sm_slow_flow_rates(const sm_slow_flow *flow, size_t points, const sm_i
 sm_status sm_slow_flow_balance(const sm_slow_flow *flow, size_t points, const sm_inputs *inputs,
                                const double *amplitude, double *balance, double *jacobian) {
     if (!flow || !inputs || !amplitude || !balance) return SM_BAD_ARGUMENT;
-    sm_status worst = sm_slow_flow_check(flow);
-    if (worst != SM_OK) return worst;
+    SM_TRY(sm_slow_flow_check(flow));
+    sm_status worst = SM_OK;
     sm_instant instant = {.known = 0};
     const size_t unknowns = 2 * (size_t)flow->table.modes, size = unknowns * sizeof(double);
     for (size_t p = 0; p < points; p++, amplitude += unknowns, balance += 4 * unknowns) {
@@ -169,9 +165,8 @@ sm_status sm_slow_flow_directional(const sm_slow_flow *flow, const sm_slow_point
     if (!at->inputs || !at->amplitude || !along->inputs || !along->amplitude)
         return SM_BAD_ARGUMENT;
     double here[SM_UNKNOWNS], ahead[SM_UNKNOWNS], behind[SM_UNKNOWNS];
-    sm_status status = sm_slow_flow_check(flow);
-    if (status == SM_OK) status = rate_along(flow, at, at, 0.0, here);
-    if (status != SM_OK) return status;
+    SM_TRY(sm_slow_flow_check(flow));
+    SM_TRY(rate_along(flow, at, at, 0.0, here));
     /* at the edge of the table the difference is one-sided */
     const size_t unknowns = 2 * (size_t)flow->table.modes;
     const double distance = distance_along(flow, at, along);

@@ -76,10 +76,8 @@ SM_INLINE sm_status evaluate(const sm_slow_flow *flow, sm_instant *instant, int 
         f->modulus[j] = modulus;
         f->unit[j] = square < SM_TINY ? sm_cx(1.0, 0.0) : sm_cscale(e[j], per_modulus[j]);
     }
-    const sm_status status =
-        sm_table_slopes_from(table, f->modulus, 2 * (size_t)(modes + table->combinations),
-                             instant->cell, slopes, f->lag);
-    if (status != SM_OK) return status;
+    SM_TRY(sm_table_slopes_from(table, f->modulus, 2 * (size_t)(modes + table->combinations),
+                                instant->cell, slopes, f->lag));
     if (table->detuning) {
         sm_table_detuning(table, f->modulus, 1, instant->cell, f->by_frequency);
         add_detuning(instant, modes, fields, f->by_frequency, slopes);

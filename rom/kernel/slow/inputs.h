@@ -2,10 +2,10 @@
 #ifndef SLIPMODE_INPUTS_H
 #define SLIPMODE_INPUTS_H
 
-#include "base/lanes.h"
+#include "base/block.h"
 #include "slipmode.h"
 
-#define SM_INPUT_DOUBLES (sizeof(sm_inputs) / sizeof(double))
+#define SM_INPUT_DOUBLES SM_DOUBLES_IN(sm_inputs)
 #define SM_INPUT_VALUES (3 * SM_MODES + 1) /* inputs that change at a rate */
 
 /* Returns the index of input k among the doubles of sm_inputs, k < SM_INPUT_VALUES. */

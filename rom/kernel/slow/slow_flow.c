@@ -5,6 +5,7 @@
 
 #include <math.h>
 
+#include "base/check.h"
 #include "base/lanes.h"
 
 /* With a_j exp(i theta_j), theta_j' = Omega_j, the equation of mode j is
@@ -29,8 +30,7 @@ SM_INLINE sm_status flow_at(const sm_slow_flow *flow, sm_instant *instant, int m
         state->amplitude[j] = sm_pair(y + 2 * j);
         e[j] = sm_cadd(sm_cmul(instant->ratio[j], state->amplitude[j]), instant->offset[j]);
     }
-    const sm_status status = sm_friction_at(flow, instant, terms, e, &state->friction);
-    if (status != SM_OK) return status;
+    SM_TRY(sm_friction_at(flow, instant, terms, e, &state->friction));
     for (int j = 0; j < modes; j++) {
         state->gain[j] = sm_cmul(instant->gain[j], state->friction.unit[j]);
         state->reaction[j] = sm_cmul(state->gain[j], state->friction.term[j]);
@@ -187,8 +187,7 @@ SM_INLINE sm_status derivative(const sm_slow_flow *flow, sm_instant *instant, in
                                const double *y, double *dy) {
     sm_flow_state state;
     sm_complex load[SM_MODES], w[SM_MODES], lag[SM_MODES] = {{0.0, 0.0}};
-    const sm_status status = flow_at(flow, instant, modes, SM_ALL_TERMS, y, &state);
-    if (status != SM_OK) return status;
+    SM_TRY(flow_at(flow, instant, modes, SM_ALL_TERMS, y, &state));
     for (int u = 2 * modes; u < SM_UNKNOWNS; u++) dy[u] = 0.0;
     if (!flow->paper) {
         const sm_coefficients *d = instant->constant ? NULL : &instant->rate;

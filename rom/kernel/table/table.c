@@ -26,27 +26,21 @@ static size_t correction_count(const sm_table *table) {
     return 2 * (size_t)(table->modes * table->modes);
 }
 
-/* Returns whether sizes and arrays are valid, so that an evaluation stays inside the arrays. */
-static int shape_is_valid(const sm_table *table) {
-    if (!table || !table->node_a || !table->values) return 0;
-    if (table->count_a < 2 || table->count_a > SM_MOST) return 0;
-    if (table->combinations < 0 || table->combinations > SM_COMBINATIONS || (table->power & ~1))
-        return 0;
-    if (table->modes == 1) return table->count_b == 1;
-    return table->modes == SM_MODES && table->node_b && table->count_b >= 2 &&
-           table->count_b <= SM_MOST;
-}
-
 sm_status sm_table_check_shape(const sm_table *table) {
-    return shape_is_valid(table) ? SM_OK : SM_BAD_ARGUMENT;
+    if (!table || !table->node_a || !table->values) return SM_BAD_ARGUMENT;
+    if (table->count_a < 2 || table->count_a > SM_MOST) return SM_BAD_ARGUMENT;
+    if (table->combinations < 0 || table->combinations > SM_COMBINATIONS || (table->power & ~1))
+        return SM_BAD_ARGUMENT;
+    const int one = table->modes == 1 && table->count_b == 1;
+    const int two = table->modes == SM_MODES && table->node_b && table->count_b >= 2
+                    && table->count_b <= SM_MOST;
+    return one || two ? SM_OK : SM_BAD_ARGUMENT;
 }
 
 sm_status sm_table_check(const sm_table *table) {
-    if (!shape_is_valid(table)) return SM_BAD_ARGUMENT;
-    sm_status status = check_nodes(table->node_a, table->count_a);
-    if (status == SM_OK && table->modes == SM_MODES)
-        status = check_nodes(table->node_b, table->count_b);
-    if (status != SM_OK) return status;
+    SM_TRY(sm_table_check_shape(table));
+    SM_TRY(check_nodes(table->node_a, table->count_a));
+    if (table->modes == SM_MODES) SM_TRY(check_nodes(table->node_b, table->count_b));
     const size_t rows = (size_t)table->count_a * (size_t)table->count_b * 4;
     if (!sm_all_finite(table->values, rows * field_count(table))) return SM_NOT_FINITE;
     const double *corrections[] = {table->rate_correction, table->detuning};
@@ -164,16 +158,15 @@ SM_INLINE sm_status find_cell_along(const double *node, int32_t count, double am
 
 /* Finds the cell of the amplitudes; the search begins at `cell`. */
 SM_INLINE sm_status find_cell(const sm_table *table, const double *amplitudes, int32_t *cell) {
-    sm_status status = find_cell_along(table->node_a, table->count_a, amplitudes[0], &cell[0]);
-    if (status != SM_OK || table->modes != SM_MODES) return status;
+    SM_TRY(find_cell_along(table->node_a, table->count_a, amplitudes[0], &cell[0]));
+    if (table->modes == 1) return SM_OK;
     return find_cell_along(table->node_b, table->count_b, amplitudes[1], &cell[1]);
 }
 
 SM_HOT_ONE sm_status sm_table_slopes_from(const sm_table *table, const double *amplitudes,
                                           size_t sloped, int32_t *cell, double *slopes,
                                           double *rate_correction) {
-    const sm_status status = find_cell(table, amplitudes, cell);
-    if (status != SM_OK) return status;
+    SM_TRY(find_cell(table, amplitudes, cell));
     table_point point;
     locate(table, amplitudes, cell, &point);
     interpolate(&point, table->modes, sloped, slopes);
@@ -194,12 +187,12 @@ void sm_table_detuning(const sm_table *table, const double *amplitudes, int slop
 /* Nodes and values are not checked here: with a NaN among them the result is NaN and refused. */
 sm_status sm_table_lookup(const sm_table *table, size_t points, const double *amplitudes,
                           double *s) {
-    if (!shape_is_valid(table) || (points > 0 && (!amplitudes || !s))) return SM_BAD_ARGUMENT;
+    SM_TRY(sm_table_check_shape(table));
+    if (points > 0 && (!amplitudes || !s)) return SM_BAD_ARGUMENT;
     const size_t fields = field_count(table);
     for (size_t k = 0; k < points; k++, s += fields, amplitudes += table->modes) {
         int32_t cell[SM_MODES] = {0};
-        const sm_status status = sm_table_slopes_from(table, amplitudes, 0, cell, s, NULL);
-        if (status != SM_OK) return status;
+        SM_TRY(sm_table_slopes_from(table, amplitudes, 0, cell, s, NULL));
         if (!sm_all_finite(s, fields)) return SM_NOT_FINITE;
     }
     return SM_OK;

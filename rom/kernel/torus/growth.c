@@ -30,8 +30,7 @@ static sm_status grow_group(sm_march *m, const sm_torus_grid *hat) {
     for (int k = -PERIODS_BEFORE; k < 2; k++) {
         r->grid = hat[k == 1];
         m->elapsed = k - 1.0;
-        const sm_status status = m->law->period(m);
-        if (status != SM_OK) return status;
+        SM_TRY(m->law->period(m));
         for (size_t i = 0; k >= 0 && i < (left < m->points ? left : m->points) * all; i++)
             harmonics[i] += m->Y[i];
     }
@@ -49,7 +48,7 @@ static sm_status grow_rigid(sm_march *m, const double *growth) {
     for (; m->first < m->task->points->count && status == SM_OK; m->first += m->points)
         status = grow_group(m, hat);
     r->grid = hat[0];
-    sm_torus_grid_release(&hat[1]);
+    free(hat[1].memory);
     return status;
 }
 
@@ -71,8 +70,7 @@ static sm_status grow_elastic_point(sm_march *m, const double *growth, double *h
             const double elapsed = period + (double)(k + 1) / (double)e->lines.steps; /* periods */
             for (size_t j = 0; j < modes; j++) now[j] = amplitude[j] + elapsed * by[j];
             sm_elastic_lines_displace(e, now, NULL);
-            const sm_status status = sm_elastic_lines_step(e, k, 1, fmax(1.0 - fabs(elapsed), 0.0));
-            if (status != SM_OK) return status;
+            SM_TRY(sm_elastic_lines_step(e, k, 1, fmax(1.0 - fabs(elapsed), 0.0)));
         }
         sm_phase_lines_collect(&e->lines, e->lines.steps, e->Y);
         for (size_t i = 0; i < all; i++) harmonics[i] += e->Y[i];
@@ -93,12 +91,9 @@ static sm_status grow_elastic(sm_march *m, const double *growth) {
 sm_status sm_torus_growing(const sm_contact *contact, const sm_discretisation *grid,
                            size_t points, const double *amplitudes, const double *growth,
                            double *harmonics) {
-    sm_status status = sm_torus_check(contact, grid);
-    if (status == SM_OK)
-        status = sm_torus_check_points(contact, points, amplitudes, grid->orders_count);
-    if (status == SM_OK)
-        status = sm_torus_check_points(contact, points, growth, grid->orders_count);
-    if (status != SM_OK) return status;
+    SM_TRY(sm_torus_check(contact, grid));
+    SM_TRY(sm_torus_check_points(contact, points, amplitudes, grid->orders_count));
+    SM_TRY(sm_torus_check_points(contact, points, growth, grid->orders_count));
     if ((points > 0 && !harmonics) || contact->response) return SM_BAD_ARGUMENT;
     const sm_torus_points through = {.count = points, .amplitudes = amplitudes};
     const sm_torus_motion motion = {.harmonics = harmonics};
@@ -107,7 +102,7 @@ sm_status sm_torus_growing(const sm_contact *contact, const sm_discretisation *g
     const sm_torus_task task = {&given, &through, &motion};
     sm_march march = {.contact = contact, .task = &task, .part = 1.0};
     const int elastic = contact->law == SM_ELASTIC;
-    status = elastic ? sm_elastic_make(&march) : sm_rigid_make(&march);
+    sm_status status = elastic ? sm_elastic_make(&march) : sm_rigid_make(&march);
     if (points > 0) memset(harmonics, 0, points * sm_march_harmonics(&march) * sizeof(double));
     if (status == SM_OK)
         status = elastic ? grow_elastic(&march, growth) : grow_rigid(&march, growth);

@@ -8,6 +8,10 @@
 
 #include "base/check.h"
 
+/* Ratio of successive changes above which convergence is slow, and extrapolated [-]: the limit is then
+ * farther away than the last change. */
+#define SM_SLOW_RATIO 0.5
+
 /* The arguments of sm_torus_harmonics. */
 typedef struct {
     const sm_discretisation *grid;
@@ -110,11 +114,10 @@ sm_status sm_rigid_make(sm_march *march);
 /* Makes the march of elastic contacts in the same way. */
 sm_status sm_elastic_make(sm_march *march);
 
-/* Finds the periodic motion at all points of the task. */
-sm_status sm_torus_search(sm_march *march);
-
 /* Checks the contacts and the discretisation. */
 sm_status sm_torus_check(const sm_contact *contact, const sm_discretisation *grid);
+/* Checks all arguments of sm_torus_harmonics. */
+sm_status sm_torus_check_task(const sm_contact *contact, const sm_torus_task *task);
 /* Checks that amplitudes or growths (points, modes) are finite, and that the size of the harmonics
  * at all points can be represented. */
 sm_status sm_torus_check_points(const sm_contact *contact, size_t points, const double *values,

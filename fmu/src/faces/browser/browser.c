@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/exact_sum.h"
 #include "faces/browser/memory.h"
 #include "instance/instance.h"
 #include "resources/files.h"
@@ -16,7 +17,6 @@
 #define EXPORT(name) name
 #endif
 
-#define TURN 6.283185307179586
 #define MOST_POINTS 1000 /* of a branch of a curve, to each side of the state it starts from */
 #define MOST_STARTS 4096 /* steady states that branches may start from */
 #define LARGEST_STEP 0.004 /* between points, relative to span and table: smooth on a screen */
@@ -128,7 +128,7 @@ size_t EXPORT(browser_play)(browser *b, double duration, size_t steps, const uin
     return steps;
 }
 
-/* Brings the outputs up to date after the amplitudes have been set, or says why they were not. */
+/* Evaluates the outputs after the amplitudes have been set, or says why they were not set. */
 static int moved(browser *b, sm_status status, const char *doing) {
     fmu_outdate(b->instance);
     if (status == SM_OK) return fmu_evaluate_outputs(b->instance) == FMU_OK;
@@ -173,7 +173,7 @@ size_t EXPORT(browser_beat)(browser *b, size_t per_cycle, size_t most, double *r
     const double wanted = ceil((double)per_cycle * cycles * faster / slower) + 1.0;
     const size_t samples = wanted < (double)most ? (size_t)wanted : most;
     if (samples < 2 || fmu_evaluate_outputs(instance) != FMU_OK) return 0;
-    const double step = cycles * TURN / slower / (double)(samples - 1);
+    const double step = cycles * SM_TWO_PI / slower / (double)(samples - 1);
     sm_component_get_state(instance->core->component, b->state);
     sm_status status = SM_OK;
     size_t count = 0;

@@ -85,9 +85,8 @@ sm_status sm_elastic_check(const sm_elastic *elastic, int32_t contacts) {
     for (int32_t k = 0; k < elastic->elements; k++) {
         const sm_element *element = &elastic->element[k];
         if (element->law != SM_SLIDERS && element->law != SM_FRICTIONAL) return SM_BAD_ARGUMENT;
-        const sm_status status = element->law == SM_SLIDERS ? check_sliders(elastic, element)
-                                                            : check_frictional(element);
-        if (status != SM_OK) return status;
+        SM_TRY(element->law == SM_SLIDERS ? check_sliders(elastic, element)
+                                          : check_frictional(element));
         if (!allowed_columns(elastic, k, contacts)) return SM_BAD_ARGUMENT;
         columns += sm_element_columns(element);
     }
@@ -96,8 +95,7 @@ sm_status sm_elastic_check(const sm_elastic *elastic, int32_t contacts) {
 
 sm_status sm_elastic_force(const sm_elastic *elastic, int32_t contacts, const double *x,
                            double *memory, double *force) {
-    const sm_status status = sm_elastic_check(elastic, contacts);
-    if (status != SM_OK) return status;
+    SM_TRY(sm_elastic_check(elastic, contacts));
     if (!x || !memory || !force) return SM_BAD_ARGUMENT;
     if (!sm_all_finite(x, (size_t)contacts) ||
         !sm_all_finite(memory, sm_elastic_memory(elastic)))

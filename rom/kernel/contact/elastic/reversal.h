@@ -2,8 +2,8 @@
  *
  * A slider stops where its contact turns back, which is beyond the farthest step by a part of the
  * square of the step: the largest error of a time step. A parabola through three steps gives this
- * distance to third order. It goes through the displacements z of the contact without those by its
- * own force deficit, which are smooth. torus/elastic/elastic_lines.c calls both functions. */
+ * distance to third order. It goes through the displacements z of the contact without the
+ * displacements by its own force deficit: z is smooth. torus/elastic/elastic_lines.c calls both functions. */
 #ifndef SLIPMODE_REVERSAL_H
 #define SLIPMODE_REVERSAL_H
 

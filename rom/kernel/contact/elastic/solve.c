@@ -2,7 +2,7 @@
  *
  * Iterates fulfil x = u + R y, with unbalanced forces w = y(x) - y. Newton's step is dy = w + q,
  * dx = R dy, with (I - D R) q = D R w, D = dy/dx: q is 0 where contacts stick. The step ends where
- * its work g = dx . (y - y(x)) vanishes; it is reversed if g > 0 at its start and all of it fails.
+ * its work g = dx . (y - y(x)) vanishes; it is reversed if g > 0 at its start and the whole step fails.
  *
  * Sliders have a convex potential with the derivative g along the step: the solution is unique and
  * found from any guess. Friction under a varying normal force has no potential; if it is strong,
@@ -20,19 +20,10 @@
 #define TOLERANCE 1e-11
 /* Relative to the tolerated residual: an unbalanced force with less effect waits until it grows. */
 #define NEGLECTED 1e-3
-/* Rounding: of displacements, relative to gaps, the closure by preloads and Newton's steps; of the
- * tangent stiffness relative to k_ref; of the work relative to the work of the contact forces. */
-#define ROUNDING 1e-14
-/* Contacts may return to 0 from the displacements that they remember: the tolerance refers to this
- * part of them at least. */
-#define REMEMBERED 1e-3
-/* Drawn contacts needed up to 22 with friction coefficients below 0.5, up to 64 below 1. */
-#define MAX_ITERATIONS 100
-/* Work at the end of the line search, relative to its start. With 0.03 instead, some of 1e5 drawn
+/* Work at the end of the line search, relative to its start. With 0.03 instead, some of 1e5 random
  * steps with friction coefficients up to 1 do not converge. */
 #define REMAINING_WORK 0.01
-#define MAX_SEARCHES 40 /* evaluations of a line search, each of which shortens its interval */
-#define LEAST_CUT 0.1   /* of this interval, so that a kink near its lower end is approached */
+#define LEAST_CUT 0.1 /* of the interval of the search: a kink near its lower end is approached */
 
 /* Returns the larger number, or `a` if b is NaN; faster than fmax. */
 SM_INLINE double larger(double a, double b) { return b > a ? b : a; }
@@ -50,9 +41,8 @@ void sm_elastic_solver_place(sm_elastic_solver *s, const sm_elastic *elastic, in
     *s = (sm_elastic_solver){.elastic = elastic, .contacts = contacts, .scale = 1.0,
                              .slides = 1, .flexibility = flexibility,
                              .remembered = sm_elastic_memory(elastic)};
-    double **rows[] = {&s->f,        &s->y,    &s->own_y,  &s->unbalanced, &s->residual,
-                       &s->step,     &s->step_y, &s->trial, &s->right};
-    for (size_t k = 0; k < sizeof rows / sizeof *rows; k++) *rows[k] = sm_take(block, n);
+    SM_TAKE_EACH(block, n, &s->f, &s->y, &s->own_y, &s->unbalanced, &s->residual, &s->step,
+                 &s->step_y, &s->trial, &s->right);
     s->deficit = sm_take(block, SM_MOST_COLUMNS * n);
     s->matrix = sm_take(block, n * n);
     s->next = sm_take(block, s->remembered);
@@ -108,7 +98,7 @@ SM_INLINE void evaluate_element(sm_elastic_solver *s, int32_t e, const double *m
         s->y[i] = reference * x[i] - at.force[k];
         for (int j = 0; j < columns; j++) {
             deficit[j] = (j == k ? reference : 0.0) - at.tangent[k][j];
-            sticks &= fabs(deficit[j]) <= ROUNDING * reference;
+            sticks &= fabs(deficit[j]) <= SM_ROUNDING * reference;
         }
         if (!sticks) s->active[s->yielding++] = i;
     }
@@ -179,14 +169,6 @@ SM_INLINE void find_step(sm_elastic_solver *s) {
     add_product(s, s->step_y, s->step);
 }
 
-/* Reverses the step. */
-SM_INLINE void reverse_step(sm_elastic_solver *s) {
-    for (int i = 0; i < s->contacts; i++) {
-        s->step[i] = -s->step[i];
-        s->step_y[i] = -s->step_y[i];
-    }
-}
-
 /* Evaluates the contacts after a part of the step from x and y; returns the work there. */
 SM_INLINE double try_part(sm_elastic_solver *s, const double *x, const double *y,
                           const double *memory, double part) {
@@ -201,14 +183,17 @@ SM_INLINE double search(sm_elastic_solver *s, const double *x, const double *y,
                         const double *memory) {
     double size = 0.0, low = 0.0, high = 1.0, part = 1.0, at_low = work(s, y, 0.0);
     for (int i = 0; i < s->contacts; i++) size += fabs(s->step[i] * y[i]);
-    const double remaining = larger(REMAINING_WORK * fabs(at_low), ROUNDING * size);
+    const double remaining = larger(REMAINING_WORK * fabs(at_low), SM_ROUNDING * size);
     double now = try_part(s, x, y, memory, part);
     if (at_low > 0.0 && fabs(now) > remaining) {
-        reverse_step(s);
+        for (int i = 0; i < s->contacts; i++) {
+            s->step[i] = -s->step[i];
+            s->step_y[i] = -s->step_y[i];
+        }
         at_low = -at_low;
         now = try_part(s, x, y, memory, part);
     }
-    for (int k = 0; k < MAX_SEARCHES; k++) {
+    for (int k = 0; k < SM_MAX_HALVINGS; k++) {
         if (fabs(now) <= remaining || (now < 0.0 && part == 1.0)) break;
         if (now > 0.0) {
             high = part;
@@ -226,16 +211,17 @@ SM_INLINE double search(sm_elastic_solver *s, const double *x, const double *y,
 SM_HOT_ONE sm_status sm_elastic_follow(sm_elastic_solver *s, const double *u, const double *memory,
                                        double *x, double *y) {
     const size_t n = (size_t)s->contacts;
-    const double remembered = REMEMBERED * largest(0.0, memory, s->remembered);
+    /* contacts may return to 0 from the displacements that they remember */
+    const double remembered = SM_LEAST_RESOLVED * largest(0.0, memory, s->remembered);
     const double given = largest(largest(larger(s->resolved, remembered), u, n), x, n);
-    const double rounding = ROUNDING * larger(s->scale * s->closure, s->gap);
+    const double rounding = SM_ROUNDING * larger(s->scale * s->closure, s->gap);
     double longest = 0.0; /* of the steps */
     evaluate(s, memory, x);
-    for (int iteration = 0; iteration < MAX_ITERATIONS; iteration++) {
+    for (int iteration = 0; iteration < SM_MAX_ITERATIONS; iteration++) {
         const double tolerated = larger(TOLERANCE * largest(given, x, n), rounding);
         const double residual = find_residual(s, y, tolerated);
         if (!isfinite(residual)) return SM_NOT_FINITE;
-        if (residual <= tolerated && ROUNDING * longest <= tolerated) return SM_OK;
+        if (residual <= tolerated && SM_ROUNDING * longest <= tolerated) return SM_OK;
         if (residual <= tolerated) { /* x has lost digits in long steps */
             longest = 0.0;
             find_displacement(s, u, y, x);
@@ -262,8 +248,7 @@ sm_status sm_elastic_solve(sm_elastic_solver *s, const double *u, const double *
 sm_status sm_elastic_equilibrium(const sm_elastic *elastic, int32_t contacts,
                                  const double *flexibility, const double *displacement, double *x,
                                  double *force) {
-    const sm_status given = sm_elastic_check(elastic, contacts);
-    if (given != SM_OK) return given;
+    SM_TRY(sm_elastic_check(elastic, contacts));
     if (!flexibility || !displacement || !x || !force) return SM_BAD_ARGUMENT;
     const size_t n = (size_t)contacts;
     if (!sm_all_finite(flexibility, n * n) || !sm_all_finite(displacement, n))

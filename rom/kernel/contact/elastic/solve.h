@@ -12,6 +12,10 @@
 #include "base/block.h"
 #include "contact/elastic/law.h"
 
+/* Displacements below this part of the largest ones are not resolved [-]: of sticking contacts, or of
+ * the displacements that the contacts remember. */
+#define SM_LEAST_RESOLVED 1e-3
+
 typedef struct {
     const sm_elastic *elastic;
     int contacts;

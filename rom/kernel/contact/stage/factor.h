@@ -2,18 +2,15 @@
  *
  * J = U^T D^-1 U, with rows U_i from the diagonal on and pivots D. A contact that sticks under Coulomb
  * friction has an infinite slope and the inverse pivot 0: it does not move, and the factor is the one
- * of the contacts that slip. Lanes need it beside base/dense.h: the matrices of all lanes are
- * factorised in one vector operation, and one lane keeps the rows that have not changed. Called by
+ * of the contacts that slip. base/dense.h is for one matrix: here the matrices of all lanes
+ * are factorised in one vector operation, and one lane keeps the rows that have not changed. Called by
  * newton.h.
  */
 #ifndef SLIPMODE_FACTOR_H
 #define SLIPMODE_FACTOR_H
 
+#include "base/check.h"
 #include "base/products.h"
-
-/* Least pivot, of S_ii: where S is singular, rounding may leave nothing of a pivot, or less. The
- * rounding of a pivot is about 1e-16 S_ii times the number of contacts. */
-#define SM_LEAST_PIVOT 1e-14
 
 /* Subtracts w_0 U_0 + w_1 U_1, of two rows before, from a row of `count` columns. */
 SM_INLINE void sm_subtract_rows(const int lanes, int count, const double *restrict w,
@@ -62,7 +59,7 @@ SM_INLINE void sm_factorise(const int n, const int lanes, const double *restrict
         }
         SM_SIMD
         for (int l = 0; l < lanes; l++) {
-            const double least = SM_LEAST_PIVOT * s_ii;
+            const double least = SM_ROUNDING * s_ii; /* the pivot of a singular S is rounding */
             pivot[l] = 1.0 / (pivot[l] < least ? least : pivot[l]);
         }
     }

@@ -16,16 +16,13 @@
 
 /* Steps at the most, many times what was ever seen. */
 #define SM_NEWTON_STEPS 1000
-/* Steps until the line search becomes strict, and what it admits of the slope of the potential at
- * the end of a step, as a part of the slope at its start: first much, for steps that pass the
- * minimum a little are good ones; then only rounding, so that the potential never rises. */
+/* Steps until the line search becomes strict. The line search accepts a step if the slope of the
+ * potential at its end is at most a part of the slope at its start, with opposite sign: first a large
+ * part, because steps slightly beyond the minimum are good; then rounding, so that the potential
+ * never rises. */
 #define SM_LENIENT_STEPS 10
 #define SM_LENIENT_RISE 0.5
 #define SM_STRICT_RISE 1e-6
-/* Parts of a step in a line search at the most: each but the first is half of the one before. */
-#define SM_SHORTER_STEPS 50
-/* Rounding of a velocity, as a part of it. */
-#define SM_ROUNDING 1e-15
 /* Velocity in alpha beyond which tanh is 1 to rounding. */
 #define SM_TANH_FLAT 20.0
 /* Change of velocity in alpha up to which a Newton step cannot raise the potential: the slope of tanh
@@ -244,28 +241,30 @@ SM_INLINE int sm_shorten(const int n, const int lanes, const sm_stepper *s, sm_l
     return 1;
 }
 
-/* Solves S v + g(v) = r from the initial guess m->v.
- *
- * A lane on its own whose factor is valid has the solution m->v for the right-hand side m->last_r:
- * under tanh friction the guess is moved by a step with the J of it. Tanh friction has converged
- * where the curvature of the last step leaves less than s->tolerance, without another evaluation. */
-SM_INLINE sm_status sm_newton(const int n, const int lanes, const sm_stepper *s, sm_lanes *m) {
+/* Solves S v + g(v) = r. Lanes side by side advance in large steps: their initial guess depends on r
+ * alone. One lane follows a trajectory in small steps and starts from the previous solution. If its
+ * factor is valid, m->v solves the equation for m->last_r: under tanh friction a step with the J of
+ * that solution improves the guess. Tanh friction has converged if the curvature of the last step
+ * changes the residual by less than s->tolerance. */
+SM_INLINE sm_status sm_solve(const int n, const int lanes, const sm_stepper *s, sm_lanes *m) {
     double open[SM_LANES], work[SM_LANES], gain[SM_LANES];
     double rest[SM_LANES] = {0.0};
     const double tolerance = s->tolerance;
     int is_long = 0;
     for (int l = 0; l < lanes; l++) open[l] = 1.0;
+    if (lanes > 1) sm_guess(n, lanes, s, m);
     if (lanes == 1 && m->rows == n && !s->sticks) {
         for (int i = 0; i < n; i++) m->step[i] = m->r[i] - m->last_r[i];
         sm_divide(n, lanes, m->factor, m->step);
         sm_correct(n, lanes, s, m);
         for (int i = 0; i < n; i++) m->v[i] += m->step[i];
     }
+    for (int i = 0; lanes == 1 && i < n; i++) m->last_r[i] = m->r[i];
     for (int k = 0; k < SM_NEWTON_STEPS; k++) {
         const int strict = k >= SM_LENIENT_STEPS;
         if (is_long) sm_descent(n, lanes, m, work, gain);
         sm_linearise(n, lanes, s, m);
-        for (int part = 0; is_long && part < SM_SHORTER_STEPS; part++) {
+        for (int part = 0; is_long && part < SM_MAX_HALVINGS; part++) {
             is_long = sm_shorten(n, lanes, s, m, work, part == 0 ? gain : work, strict);
             if (is_long) sm_linearise(n, lanes, s, m);
         }
@@ -283,15 +282,6 @@ SM_INLINE sm_status sm_newton(const int n, const int lanes, const sm_stepper *s,
         if (left == 0.0) return SM_OK;
     }
     return SM_NOT_CONVERGED;
-}
-
-/* Solves S v + g(v) = r. Lanes side by side advance in large steps: their guess is from r alone. One
- * lane follows a trajectory in small steps, and begins at the solution before. */
-SM_INLINE sm_status sm_solve(const int n, const int lanes, const sm_stepper *s, sm_lanes *m) {
-    if (lanes > 1) sm_guess(n, lanes, s, m);
-    const sm_status status = sm_newton(n, lanes, s, m);
-    for (int i = 0; lanes == 1 && i < n; i++) m->last_r[i] = m->r[i];
-    return status;
 }
 
 #endif

@@ -11,14 +11,6 @@
 
 #include "contact/stage/newton.h"
 
-/* r = u - K base */
-SM_INLINE void sm_stage_load(const int n, const int lanes, const sm_stepper *s, sm_lanes *m) {
-    const size_t size = (size_t)n * (size_t)lanes;
-    sm_times(n, lanes, s->stiffness, m->base, m->r);
-    SM_SIMD
-    for (size_t k = 0; k < size; k++) m->r[k] = m->u[k] - m->r[k];
-}
-
 /* Sets m->before to the velocity from which a stage changes: by its own M dv/dt alone, gamma h long. */
 SM_INLINE void sm_stage_base_velocity(size_t size, sm_lanes *m, int stage) {
     const double gain = stage == 0 ? 0.0 : SM_BDF_WEIGHT / SM_GAMMA;
@@ -37,7 +29,9 @@ SM_INLINE void sm_stage_begin(const int n, const int lanes, const sm_stepper *s,
     SM_SIMD
     for (size_t k = 0; k < size; k++)
         m->base[k] = m->x[k] + (of_start * start[k] + of_first * first[k]);
-    sm_stage_load(n, lanes, s, m);
+    sm_times(n, lanes, s->stiffness, m->base, m->r);
+    SM_SIMD
+    for (size_t k = 0; k < size; k++) m->r[k] = m->u[k] - m->r[k];
     if (s->massless) return;
     sm_stage_base_velocity(size, m, stage);
     sm_times(n, lanes, s->inertia, m->before, m->residual);

@@ -6,6 +6,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/check.h"
 #include "base/dense.h"
 #include "base/hermite.h"
 #include "slipmode.h"
@@ -152,9 +153,7 @@ static sm_status predict_and_correct(const sm_curve *curve, const point *before,
             guess[r] = sm_hermite_value(&at.value, before->z[r], before->tangent[r], last->z[r],
                                         last->tangent[r]);
     }
-    const sm_status status =
-        correct(curve, FOLLOWING, guess, last->tangent, last->tangent, found);
-    if (status != SM_OK) return status;
+    SM_TRY(correct(curve, FOLLOWING, guess, last->tangent, last->tangent, found));
     const double turn = sm_dot((size_t)n, found->tangent, last->tangent);
     return turn < cos(LARGEST_TURN) && step > SIGNIFICANT_STEP * curve->noise ? SM_NOT_CONVERGED
                                                                               : SM_OK;
@@ -205,8 +204,7 @@ sm_status sm_curve_branch(const sm_curve *curve, const double *start, size_t mos
     double upwards[MOST + 1] = {0.0};
     point at;
     upwards[k] = 1.0;
-    const sm_status status = correct(curve, FOLLOWING, start, upwards, upwards, &at);
-    if (status != SM_OK) return status;
+    SM_TRY(correct(curve, FOLLOWING, start, upwards, upwards, &at));
     double *middle = points + (ptrdiff_t)(most - 1) * row;
     const rows onwards = {middle, row, 1.0}, back = {middle, -row, -1.0};
     int closed = 0;

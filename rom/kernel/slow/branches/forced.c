@@ -51,8 +51,7 @@ static sm_status forced_rates(const void *of, const double *z, double *F, double
     const sm_forced *forced = of;
     const int modes = forced->flow->table.modes, k = 2 * modes;
     const sm_inputs inputs = sm_forced_inputs(forced, z[k]);
-    sm_status status = sm_inputs_check(&inputs, modes);
-    if (status != SM_OK) return status;
+    SM_TRY(sm_inputs_check(&inputs, modes));
     double size[SM_AMPLITUDES], amplitude[SM_AMPLITUDES], jacobian[SM_AMPLITUDES * SM_AMPLITUDES];
     for (int r = 0; r < k; r++) {
         size[r] = inputs.limit_scale * forced->scale[r / 2];
@@ -62,8 +61,7 @@ static sm_status forced_rates(const void *of, const double *z, double *F, double
     sm_flow_state state;
     sm_complex by_part[SM_MODES];
     sm_instant_set(&instant, forced->flow, &inputs);
-    status = sm_flow_at(forced->flow, &instant, sm_steady_terms(forced->flow), amplitude, &state);
-    if (status != SM_OK) return status;
+    SM_TRY(sm_flow_at(forced->flow, &instant, sm_steady_terms(forced->flow), amplitude, &state));
     sm_flow_jacobian(forced->flow, &instant, &state, jacobian);
     rate_by_part(forced, &instant, &state, z, by_part);
     const double growth = change_of(forced).limit_scale / inputs.limit_scale;
@@ -80,9 +78,8 @@ static sm_status forced_rates(const void *of, const double *z, double *F, double
 sm_status sm_forced_curve(const sm_forced *forced, double largest_step, sm_curve *curve) {
     if (!curve || !forced || !forced->flow || !forced->inputs) return SM_BAD_ARGUMENT;
     const int modes = forced->flow->table.modes;
-    sm_status status = sm_slow_flow_check(forced->flow);
-    for (int j = 0; status == SM_OK && j < modes; j++)
-        status = sm_check_positive(forced->scale[j]);
-    if (status == SM_OK) *curve = (sm_curve){2 * modes, largest_step, forced_rates, forced, 0.0};
-    return status;
+    SM_TRY(sm_slow_flow_check(forced->flow));
+    for (int j = 0; j < modes; j++) SM_TRY(sm_check_positive(forced->scale[j]));
+    *curve = (sm_curve){2 * modes, largest_step, forced_rates, forced, 0.0};
+    return SM_OK;
 }

@@ -47,15 +47,13 @@ static double modulus_at(const grid *g, int mode, double place) {
 /* Evaluates the friction terms S_j at given moduli. */
 static sm_status look_up(const sm_table *table, const double *modulus, sm_complex *friction) {
     double columns[SM_MOST_FIELDS];
-    const sm_status status = sm_table_lookup(table, 1, modulus, columns);
-    for (int j = 0; status == SM_OK && j < table->modes; j++)
-        friction[j] = sm_pair(columns + 2 * j);
-    return status;
+    SM_TRY(sm_table_lookup(table, 1, modulus, columns));
+    for (int j = 0; j < table->modes; j++) friction[j] = sm_pair(columns + 2 * j);
+    return SM_OK;
 }
 
 /* Computes the friction terms at all corners. */
 static sm_status set_grid(grid *g, const sm_forced *forced) {
-    sm_status status = SM_OK;
     g->modes = forced->flow->table.modes;
     for (int j = 0; j < SM_MODES; j++) {
         const int has_force = j < g->modes
@@ -65,17 +63,16 @@ static sm_status set_grid(grid *g, const sm_forced *forced) {
         g->range[j] = forced->scale[j];
     }
     for (int a = 0; a < corners(g, 0); a++)
-        for (int b = 0; status == SM_OK && b < corners(g, 1); b++) {
+        for (int b = 0; b < corners(g, 1); b++) {
             const double modulus[SM_MODES] = {modulus_at(g, 0, a), modulus_at(g, 1, b)};
-            status = look_up(&forced->flow->table, modulus, g->friction[corner_at(g, a, b)]);
+            SM_TRY(look_up(&forced->flow->table, modulus, g->friction[corner_at(g, a, b)]));
         }
-    return status;
+    return SM_OK;
 }
 
 /* Computes stiffness and acting force of each mode at given inputs. */
 static sm_status set_load(load *l, const sm_slow_flow *flow, const sm_inputs *inputs) {
-    const sm_status status = sm_inputs_check(inputs, flow->table.modes);
-    if (status != SM_OK) return status;
+    SM_TRY(sm_inputs_check(inputs, flow->table.modes));
     l->at.known = 0;
     sm_instant_set(&l->at, flow, inputs);
     for (int j = 0; j < flow->table.modes; j++) {
@@ -125,8 +122,8 @@ static sm_status guess(const grid *g, const load *l, const sm_table *table, cons
     sm_complex friction[SM_MODES];
     for (int j = 0; j < SM_MODES; j++)
         modulus[j] = modulus_at(g, j, cell[j] + (g->cells[j] > 0 ? 0.5 : 0.0));
-    const sm_status status = look_up(table, modulus, friction);
-    for (int j = 0; status == SM_OK && j < g->modes; j++) {
+    SM_TRY(look_up(table, modulus, friction));
+    for (int j = 0; j < g->modes; j++) {
         const sm_complex needed = force_needed(l, j, modulus[j], friction[j]);
         const sm_complex turn = sm_cmul(l->acting[j], sm_conj(needed));
         const double length = sqrt(sm_cabs2(turn));
@@ -136,7 +133,7 @@ static sm_status guess(const grid *g, const load *l, const sm_table *table, cons
         z[2 * j] = a.re / (l->at.now.limit_scale * g->range[j]);
         z[2 * j + 1] = a.im / (l->at.now.limit_scale * g->range[j]);
     }
-    return status;
+    return SM_OK;
 }
 
 sm_status sm_forced_solutions(const sm_forced *forced, int32_t sections, size_t most, double *z,
@@ -145,14 +142,13 @@ sm_status sm_forced_solutions(const sm_forced *forced, int32_t sections, size_t 
     grid g;
     if (!z || !found || sections < 2) return SM_BAD_ARGUMENT;
     *found = 0;
-    sm_status status = sm_forced_curve(forced, 1.0, &curve);
-    if (status == SM_OK) status = set_grid(&g, forced);
-    for (int section = 0; status == SM_OK && section < sections; section++) {
+    SM_TRY(sm_forced_curve(forced, 1.0, &curve));
+    SM_TRY(set_grid(&g, forced));
+    for (int section = 0; section < sections; section++) {
         const double part = section / (double)(sections - 1);
         const sm_inputs inputs = sm_forced_inputs(forced, part);
         load l;
-        status = set_load(&l, forced->flow, &inputs);
-        if (status != SM_OK) break;
+        SM_TRY(set_load(&l, forced->flow, &inputs));
         set_sides(&g, &l);
         for (int a = 0; a < (g.cells[0] > 0 ? g.cells[0] : 1); a++)
             for (int b = 0; b < (g.cells[1] > 0 ? g.cells[1] : 1); b++) {
@@ -163,5 +159,5 @@ sm_status sm_forced_solutions(const sm_forced *forced, int32_t sections, size_t 
                 if (sm_curve_solved(&curve, row) == SM_OK) ++*found;
             }
     }
-    return status;
+    return SM_OK;
 }

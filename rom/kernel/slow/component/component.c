@@ -11,10 +11,9 @@
 sm_status sm_component_check(const sm_slow_flow *flow, const sm_contact *contact,
                              const sm_motion *motion) {
     if (!flow || !motion) return SM_BAD_ARGUMENT;
-    sm_status status = sm_table_check(&flow->table);
-    if (status == SM_OK) status = sm_slow_flow_check(flow);
-    if (status == SM_OK) status = sm_contact_check(contact);
-    if (status != SM_OK) return status;
+    SM_TRY(sm_table_check(&flow->table));
+    SM_TRY(sm_slow_flow_check(flow));
+    SM_TRY(sm_contact_check(contact));
     if (contact->modes != flow->table.modes) return SM_BAD_ARGUMENT;
     return sm_motion_check(motion, contact, &flow->table);
 }
@@ -23,9 +22,8 @@ sm_status sm_component_checked_create(const sm_slow_flow *flow, const sm_contact
                                       const sm_motion *motion, double tolerance,
                                       sm_component **component) {
     if (!flow || !contact || !motion || !component) return SM_BAD_ARGUMENT;
-    sm_status status = sm_slow_flow_check(flow);
-    if (status == SM_OK) status = sm_check_positive(tolerance);
-    if (status != SM_OK) return status;
+    SM_TRY(sm_slow_flow_check(flow));
+    SM_TRY(sm_check_positive(tolerance));
     if (tolerance >= 1.0) return SM_BAD_ARGUMENT;
     const size_t header = sm_whole_lines(sm_doubles(sizeof(sm_component)));
     sm_block block = {NULL, 0};
@@ -48,10 +46,8 @@ sm_status sm_component_create(const sm_slow_flow *flow, const sm_contact *contac
                               const sm_motion *motion, double tolerance,
                               sm_component **component) {
     if (!component) return SM_BAD_ARGUMENT;
-    const sm_status status = sm_component_check(flow, contact, motion);
-    return status == SM_OK
-               ? sm_component_checked_create(flow, contact, motion, tolerance, component)
-               : status;
+    SM_TRY(sm_component_check(flow, contact, motion));
+    return sm_component_checked_create(flow, contact, motion, tolerance, component);
 }
 
 void sm_component_free(sm_component *component) { free(component); }
@@ -75,8 +71,7 @@ sm_status sm_component_reset(sm_component *c, double time, const double *amplitu
     if (!c || !amplitude) return SM_BAD_ARGUMENT;
     if (!isfinite(time)) return SM_NOT_FINITE;
     double rate[SM_UNKNOWNS];
-    const sm_status status = rate_at(c, &c->inputs, amplitude, rate);
-    if (status != SM_OK) return status;
+    SM_TRY(rate_at(c, &c->inputs, amplitude, rate));
     sm_slow_state fresh = {.time = {time, 0.0}};
     memcpy(fresh.amplitude, amplitude, 2 * (size_t)c->flow.table.modes * sizeof(double));
     c->slow = fresh;
@@ -89,8 +84,7 @@ sm_status sm_component_reset(sm_component *c, double time, const double *amplitu
 sm_status sm_component_set_amplitude(sm_component *c, const double *amplitude) {
     if (!c || !amplitude) return SM_BAD_ARGUMENT;
     double rate[SM_UNKNOWNS];
-    const sm_status status = rate_at(c, &c->inputs, amplitude, rate);
-    if (status != SM_OK) return status;
+    SM_TRY(rate_at(c, &c->inputs, amplitude, rate));
     memcpy(c->slow.amplitude, amplitude, 2 * (size_t)c->flow.table.modes * sizeof(double));
     c->slow.step = 0.0;
     c->rate_known = 0;
@@ -99,9 +93,8 @@ sm_status sm_component_set_amplitude(sm_component *c, const double *amplitude) {
 
 /* Checks the inputs; the limits can be scaled if friction is homogeneous. */
 static sm_status check_inputs(const sm_component *c, const sm_inputs *inputs) {
-    const sm_status status = sm_inputs_check(inputs, c->flow.table.modes);
-    const int scaled = inputs->limit_scale != 1.0 || inputs->limit_scale_rate != 0.0;
-    if (status != SM_OK || !scaled) return status;
+    SM_TRY(sm_inputs_check(inputs, c->flow.table.modes));
+    if (inputs->limit_scale == 1.0 && inputs->limit_scale_rate == 0.0) return SM_OK;
     const sm_contact *contact = &c->contacts.contact;
     const int scales = contact->law == SM_ELASTIC ? sm_elastic_homogeneous(contact->elastic)
                                                   : contact->law == SM_COULOMB;
@@ -110,13 +103,12 @@ static sm_status check_inputs(const sm_component *c, const sm_inputs *inputs) {
 
 sm_status sm_component_set_inputs(sm_component *c, const sm_inputs *inputs) {
     if (!c || !inputs) return SM_BAD_ARGUMENT;
-    const sm_status status = check_inputs(c, inputs);
-    if (status != SM_OK) return status;
+    SM_TRY(check_inputs(c, inputs));
     const sm_inputs before = c->inputs;
     c->inputs = sm_inputs_after(inputs, c->flow.table.modes, 0.0);
     align_angles(c);
     if (memcmp(&before, &c->inputs, sizeof before) != 0) c->rate_known = 0;
-    return status;
+    return SM_OK;
 }
 
 size_t sm_component_output_count(const sm_component *c) {
@@ -130,9 +122,7 @@ sm_status sm_component_slow_outputs(const sm_component *c, double *outputs) {
     if (!c || !outputs) return SM_BAD_ARGUMENT;
     double computed[SM_UNKNOWNS];
     const double *rate = c->rate_known ? c->rate : computed;
-    const sm_status status =
-        c->rate_known ? SM_OK : rate_at(c, &c->inputs, c->slow.amplitude, computed);
-    if (status != SM_OK) return status;
+    if (!c->rate_known) SM_TRY(rate_at(c, &c->inputs, c->slow.amplitude, computed));
     if (!sm_all_finite(rate, SM_UNKNOWNS)) return SM_NOT_FINITE;
     outputs[0] = c->slow.time.value;
     memcpy(outputs + 1, c->slow.amplitude, sizeof c->slow.amplitude);
@@ -151,9 +141,9 @@ sm_status sm_component_motion(sm_component *c, int elastic, double *motion) {
 }
 
 sm_status sm_component_outputs(sm_component *c, double *outputs) {
-    const sm_status status = sm_component_slow_outputs(c, outputs);
-    if (status != SM_OK || !c->contacts.motion.wanted) return status;
-    return sm_component_motion(c, 1, outputs + SM_OUTPUTS_FIXED);
+    SM_TRY(sm_component_slow_outputs(c, outputs));
+    return c->contacts.motion.wanted ? sm_component_motion(c, 1, outputs + SM_OUTPUTS_FIXED)
+                                     : SM_OK;
 }
 
 sm_status sm_component_recent_motion(sm_component *c, const sm_inputs *inputs,
@@ -163,8 +153,7 @@ sm_status sm_component_recent_motion(sm_component *c, const sm_inputs *inputs,
     if (!c->contacts.motion.wanted) return SM_BAD_ARGUMENT;
     const size_t count = 2 * (size_t)c->flow.table.modes;
     if (!sm_all_finite(amplitude, count) || !sm_all_finite(rate, count)) return SM_NOT_FINITE;
-    const sm_status status = check_inputs(c, inputs);
-    if (status != SM_OK) return status;
+    SM_TRY(check_inputs(c, inputs));
     const sm_detail detail = smooth ? SM_UNHALVED : SM_TO_BE_READ;
     const sm_slow_point at = {amplitude, inputs};
     return sm_contact_output_recent(&c->contacts, &c->flow, &at, rate, detail, motion);
@@ -176,7 +165,7 @@ typedef struct {
     sm_inputs inputs;
 } own_state;
 
-#define OWN_DOUBLES (sizeof(own_state) / sizeof(double))
+#define OWN_DOUBLES SM_DOUBLES_IN(own_state)
 
 size_t sm_component_state_count(const sm_component *c) {
     return c ? OWN_DOUBLES + sm_contact_output_state_count(&c->contacts) : 0;
@@ -195,11 +184,10 @@ sm_status sm_component_set_state(sm_component *c, const double *state) {
     if (!sm_all_finite(state, sm_component_state_count(c))) return SM_NOT_FINITE;
     own_state own;
     memcpy(&own, state, sizeof own);
-    sm_status status = check_inputs(c, &own.inputs);
-    if (status == SM_OK) status = sm_contact_output_check_state(&c->contacts, state + OWN_DOUBLES);
+    SM_TRY(check_inputs(c, &own.inputs));
+    SM_TRY(sm_contact_output_check_state(&c->contacts, state + OWN_DOUBLES));
     double rate[SM_UNKNOWNS];
-    if (status == SM_OK) status = rate_at(c, &own.inputs, own.slow.amplitude, rate);
-    if (status != SM_OK) return status;
+    SM_TRY(rate_at(c, &own.inputs, own.slow.amplitude, rate));
     c->slow = own.slow;
     c->inputs = own.inputs;
     c->rate_known = 0;

@@ -13,7 +13,7 @@ typedef struct {
     sm_exact_sum angle[SM_MODES];   /* theta_j in [0, 2 pi) [rad] */
     double amplitude[2 * SM_MODES]; /* a_j [kg^1/2 m] */
     double step;                    /* next internal step, 0: not chosen yet [s] */
-    sm_held_force last_force;       /* up to the present time */
+    sm_previous_force last_force;       /* up to the present time */
 } sm_slow_state;
 
 struct sm_component {

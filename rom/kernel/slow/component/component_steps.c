@@ -7,21 +7,10 @@
 
 /* Internal steps of one call: very fast inputs would need far more. */
 #define MAX_TRIES 200000
-/* Step size control of a method of fifth order: h_new = h SAFETY error^(-1/5), within limits. */
-#define SAFETY 0.9
-#define MIN_FACTOR 0.2
-#define MAX_FACTOR 5.0
-/* Smallest step relative to the duration plus a radian of mode A [-]: shorter ones change amplitudes
- * by rounding only, next to the edge of the table too. */
-#define SMALLEST_STEP 1e-13
+#define ORDER 5.0      /* of the error estimate of dopri5.c */
+#define MAX_FACTOR 5.0 /* of successive internal steps */
 /* Shortest single internal step [rad] of mode A: shorter ones are made several at a time. */
 #define SHORTEST_ADVANCE 1e-3
-
-/* Returns the factor of the next internal step after a step with an error relative to the
- * tolerance. */
-static double step_factor(double error) {
-    return fmin(fmax(SAFETY * pow(error, -0.2), MIN_FACTOR), MAX_FACTOR);
-}
 
 /* Returns the first internal step at the present inputs [s], to which the instant is set. From rest
  * a = rate h at first, so that the relative error of a step is of the order of
@@ -60,11 +49,12 @@ static sm_status integrate(sm_component *c, double duration, int64_t most, const
         /* after a stage outside the table, or an overflow: approach this time, then return the
          * status */
         if (outcome != SM_OK) error = INFINITY;
-        const double factor = step_factor(error);
+        const double factor = sm_step_factor(error, ORDER, MAX_FACTOR);
         if (error > 1.0) {
             h = step.h * factor;
             c->rejected++;
-            if (h < SMALLEST_STEP * (duration + 1.0 / c->inputs.frequency[0]))
+            /* shorter steps change amplitudes by rounding only, next to the edge of the table too */
+            if (h < SM_ROUNDING * (duration + 1.0 / c->inputs.frequency[0]))
                 return outcome != SM_OK ? outcome : SM_STEP_TOO_SMALL;
             continue;
         }
@@ -113,8 +103,7 @@ static void limit_to_table(const sm_component *c, double *amplitude) {
  * contacts has changed. */
 static sm_status try_advance(sm_component *c, double duration, int64_t most) {
     sm_inputs after = sm_inputs_after(&c->inputs, c->flow.table.modes, duration);
-    sm_status status = sm_inputs_check(&after, c->flow.table.modes);
-    if (status != SM_OK) return status;
+    SM_TRY(sm_inputs_check(&after, c->flow.table.modes));
     sm_slow_state fresh = state_after(c, duration);
     for (int j = 0; j < SM_MODES; j++) after.angle[j] = fresh.angle[j].value;
     sm_flow_point now = {.y = {0.0}};
@@ -123,10 +112,9 @@ static sm_status try_advance(sm_component *c, double duration, int64_t most) {
         limit_to_table(c, now.y);
         c->rate_known = 0;
     }
-    status = integrate(c, duration, most, &after, &now, &fresh.step);
-    if (status != SM_OK) return status;
+    SM_TRY(integrate(c, duration, most, &after, &now, &fresh.step));
     memcpy(fresh.amplitude, now.y, sizeof fresh.amplitude);
-    fresh.last_force = sm_hold_force(&after);
+    fresh.last_force = sm_force_of(&after);
     sm_add(&fresh.energy, now.y[SM_DISSIPATED]);
     if (!SM_FINITE(fresh) || !SM_FINITE(now.dy)) return SM_NOT_FINITE;
     c->slow = fresh;
@@ -138,12 +126,11 @@ static sm_status try_advance(sm_component *c, double duration, int64_t most) {
 
 /* Advances by `duration` in at most `most` internal steps. On failure nothing has changed. */
 static sm_status advance(sm_component *c, double duration, int64_t most) {
-    sm_status status = sm_check_positive(duration);
-    if (status != SM_OK || !c->contacts.motion.wanted)
-        return status == SM_OK ? try_advance(c, duration, most) : status;
-    sm_contact_output_begin(&c->contacts);
-    status = try_advance(c, duration, most);
-    if (status != SM_OK) sm_contact_output_abandon(&c->contacts);
+    SM_TRY(sm_check_positive(duration));
+    if (!c->contacts.motion.wanted) return try_advance(c, duration, most);
+    sm_contact_output_save(&c->contacts, 0);
+    const sm_status status = try_advance(c, duration, most);
+    if (status != SM_OK) sm_contact_output_save(&c->contacts, 1);
     return status;
 }
 
@@ -154,16 +141,15 @@ sm_status sm_component_step(sm_component *c, double duration) {
 sm_status sm_component_advance(sm_component *c, double left, double *taken) {
     if (!c || !taken) return SM_BAD_ARGUMENT;
     const double least = SHORTEST_ADVANCE / c->inputs.frequency[0];
-    sm_status status = sm_check_positive(left);
-    if (status != SM_OK) return status;
+    SM_TRY(sm_check_positive(left));
     const double step = c->slow.step;
     for (double h = step > 0.0 ? step : first_step(c); h > least; h = c->slow.step) {
         *taken = h < left * (1.0 - SM_ROUNDING_TOLERANCE) ? h : left;
         if (advance(c, *taken, 1) == SM_OK) return SM_OK;
-        c->slow.step = MIN_FACTOR * *taken; /* the error was too large, or a stage failed */
+        c->slow.step = SM_SMALLEST_FACTOR * *taken; /* the error was too large, or a stage failed */
     }
     *taken = fmin(least, left);
-    status = advance(c, *taken, MAX_TRIES);
+    const sm_status status = advance(c, *taken, MAX_TRIES);
     if (status != SM_OK) c->slow.step = step;
     return status;
 }
@@ -183,9 +169,8 @@ sm_status sm_component_run(sm_component *c, size_t steps, const double *duration
     const size_t width = sm_component_output_count(c);
     sm_status status = SM_OK;
     for (*done = 0; status == SM_OK && *done < steps;) {
-        status = sm_component_set_inputs(c, &inputs[*done]);
-        if (status == SM_OK) status = sm_component_step(c, durations[*done]);
-        if (status != SM_OK) return status;
+        SM_TRY(sm_component_set_inputs(c, &inputs[*done]));
+        SM_TRY(sm_component_step(c, durations[*done]));
         status = read_row(c, outputs + *done * width);
         ++*done;
     }
@@ -200,9 +185,8 @@ sm_status sm_component_trace(sm_component *c, size_t steps, const double *durati
     for (t->count = 0; status == SM_OK && t->count < t->capacity && t->done < steps; t->count++) {
         const double left = durations[t->done] - t->elapsed;
         double taken;
-        if (t->elapsed == 0.0) status = sm_component_set_inputs(c, &inputs[t->done]);
-        if (status == SM_OK) status = sm_component_advance(c, left, &taken);
-        if (status != SM_OK) return status;
+        if (t->elapsed == 0.0) SM_TRY(sm_component_set_inputs(c, &inputs[t->done]));
+        SM_TRY(sm_component_advance(c, left, &taken));
         status = read_row(c, t->outputs + t->count * width);
         t->elapsed += taken;
         if (taken == left) {

@@ -94,14 +94,10 @@ static sm_status march(sm_contact_output *out, const sm_slow_flow *flow, const s
                           out->motion.steps_per_period, detail);
 }
 
-void sm_contact_output_begin(sm_contact_output *out) {
-    memcpy(out->state_before, out->state, sm_march_state_count(&out->contact) * sizeof(double));
-    sm_queue_copy(out->queue, out->queue_before);
-}
-
-void sm_contact_output_abandon(sm_contact_output *out) {
-    memcpy(out->state, out->state_before, sm_march_state_count(&out->contact) * sizeof(double));
-    sm_queue_copy(out->queue_before, out->queue);
+void sm_contact_output_save(sm_contact_output *out, int back) {
+    const size_t bytes = sm_march_state_count(&out->contact) * sizeof(double);
+    memcpy(back ? out->state : out->state_before, back ? out->state_before : out->state, bytes);
+    sm_queue_copy(back ? out->queue_before : out->queue, back ? out->queue : out->queue_before);
 }
 
 /* Returns the duration at the start of the queue without effect on the contacts at its end [s]. */
@@ -118,8 +114,7 @@ static sm_status take_first(sm_contact_output *out, const sm_slow_flow *flow) {
     const sm_stretch *first = sm_queue_at(out->queue, 0);
     if (forgotten(out) < first->segment.duration) {
         sm_march_start(&out->march, &out->contact, out->state);
-        const sm_status status = march(out, flow, first, 0.0, SM_RESOLVED);
-        if (status != SM_OK) return status;
+        SM_TRY(march(out, flow, first, 0.0, SM_RESOLVED));
         sm_march_read(&out->march, &out->contact, out->state);
     }
     sm_queue_drop_first(out->queue);
@@ -133,9 +128,9 @@ sm_status sm_contact_output_add(sm_contact_output *out, const sm_time_step *step
         stretch_between(step->flow, step->h, begin, from, &step->end, to);
     const double longest = periods(out, begin->frequency, 0.5);
     if (sm_queue_add(out->queue, &stretch, longest)) return SM_OK;
-    const sm_status status = take_first(out, step->flow);
-    if (status == SM_OK) (void)sm_queue_add(out->queue, &stretch, longest);
-    return status;
+    SM_TRY(take_first(out, step->flow));
+    (void)sm_queue_add(out->queue, &stretch, longest);
+    return SM_OK;
 }
 
 /* Integrates the contacts over the queue, up to the present. */
@@ -148,8 +143,7 @@ static sm_status march_all(sm_contact_output *out, const sm_slow_flow *flow) {
         const sm_stretch *stretch = sm_queue_at(queue, k);
         if (skipped < stretch->segment.duration) {
             const sm_detail detail = k + 1 < queue->count ? SM_RESOLVED : SM_TO_BE_READ;
-            const sm_status status = march(out, flow, stretch, fmax(0.0, skipped), detail);
-            if (status != SM_OK) return status;
+            SM_TRY(march(out, flow, stretch, fmax(0.0, skipped), detail));
         }
         skipped -= stretch->segment.duration;
     }
@@ -187,8 +181,7 @@ sm_status sm_contact_output_read(sm_contact_output *out, const sm_slow_flow *flo
                                  const sm_inputs *inputs, const double *y, int elastic,
                                  double *values) {
     const size_t count = 3 * (size_t)out->contact.contacts;
-    const sm_status status = march_all(out, flow);
-    if (status != SM_OK) return status;
+    SM_TRY(march_all(out, flow));
     memcpy(values, out->state, count * sizeof(double));
     if (elastic && out->motion.elastic > 0)
         sm_elastic_output(out, flow, inputs, y, values, values + count);
@@ -222,8 +215,7 @@ sm_status sm_contact_output_recent(sm_contact_output *out, const sm_slow_flow *f
     }
     const sm_stretch past = stretch_between(flow, duration, &begin, &from, &end, &to);
     sm_march_start(&out->march, &out->contact, NULL);
-    const sm_status status = march(out, flow, &past, 0.0, detail);
-    if (status != SM_OK) return status;
+    SM_TRY(march(out, flow, &past, 0.0, detail));
     const size_t n = (size_t)out->contact.contacts;
     const double *const rows[] = {out->march.x, out->march.v, out->march.force};
     for (size_t k = 0; k < 3; k++) memcpy(values + k * n, rows[k], n * sizeof *values);

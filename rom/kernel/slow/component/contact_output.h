@@ -30,10 +30,8 @@ sm_status sm_motion_check(const sm_motion *motion, const sm_contact *contact,
 void sm_contact_output_place(sm_contact_output *out, const sm_motion *motion,
                              const sm_contact *contact, sm_block *block);
 
-/* Saves state and queue at the start of a step. */
-void sm_contact_output_begin(sm_contact_output *out);
-/* Restores the saved state and queue after a step that failed. */
-void sm_contact_output_abandon(sm_contact_output *out);
+/* Saves state and queue at the start of a step, or restores them if `back`: after a failure. */
+void sm_contact_output_save(sm_contact_output *out, int back);
 
 /* Adds an internal step of the slow flow that starts with inputs `begin`. */
 sm_status sm_contact_output_add(sm_contact_output *out, const sm_time_step *step,

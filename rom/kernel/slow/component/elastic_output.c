@@ -22,15 +22,14 @@ sm_status sm_motion_check(const sm_motion *motion, const sm_contact *contact,
     const size_t elastic = (size_t)motion->elastic, n = (size_t)contact->contacts;
     const size_t modes = (size_t)contact->modes;
     const size_t nodes = (size_t)table->count_a * (size_t)table->count_b;
-    sm_status status = sm_orders_check(motion->orders_count, motion->orders);
-    if (status != SM_OK) return status;
+    SM_TRY(sm_orders_check(motion->orders_count, motion->orders));
     const size_t pairs = 2 * (size_t)motion->orders_count;
-    status = check_values(motion->modes_out, elastic, 2 * modes);
-    if (status == SM_OK) status = check_values(motion->forces_out, elastic, 2 * modes);
-    if (status == SM_OK) status = check_values(motion->contacts_out, elastic, n);
-    if (status == SM_OK) status = check_values(motion->reaction, nodes, pairs * n);
-    if (status == SM_OK) status = check_values(motion->response, nodes, pairs * elastic);
-    return status == SM_OK ? sm_check_positive(motion->memory_periods) : status;
+    SM_TRY(check_values(motion->modes_out, elastic, 2 * modes));
+    SM_TRY(check_values(motion->forces_out, elastic, 2 * modes));
+    SM_TRY(check_values(motion->contacts_out, elastic, n));
+    SM_TRY(check_values(motion->reaction, nodes, pairs * n));
+    SM_TRY(check_values(motion->response, nodes, pairs * elastic));
+    return sm_check_positive(motion->memory_periods);
 }
 
 void sm_add_shift(const sm_slow_flow *flow, const sm_inputs *in, double *amplitude, double *rate) {

@@ -10,7 +10,7 @@
 #include "base/check.h"
 #include "slow/motion/segment.h"
 
-#define WIDTH (sizeof(sm_stretch) / sizeof(double))
+#define WIDTH SM_DOUBLES_IN(sm_stretch)
 
 #define EQUAL(a, b) (memcmp((a), (b), sizeof(a)) == 0)
 
@@ -89,8 +89,7 @@ sm_status sm_queue_check(const double *values, int modes) {
     for (int k = 0; k < queue.count; k++) {
         const sm_stretch *s = &queue.stretch[k];
         const sm_segment *g = &s->segment;
-        const sm_status status = sm_segments_check(1, g, modes);
-        if (status != SM_OK) return status;
+        SM_TRY(sm_segments_check(1, g, modes));
         int positive = stays_positive(s->limit_scale, s->limit_scale_rate, g->duration);
         for (int j = 0; j < modes; j++)
             positive &= stays_positive(g->frequency[j], g->frequency_rate[j], g->duration);

@@ -2,6 +2,7 @@
 #ifndef SLIPMODE_STRETCH_QUEUE_H
 #define SLIPMODE_STRETCH_QUEUE_H
 
+#include "base/block.h"
 #include "slipmode.h"
 
 /* Stretches in a queue. Two successive stretches that were not joined are longer than half a
@@ -36,7 +37,7 @@ void sm_queue_copy(const sm_stretch_queue *from, sm_stretch_queue *to);
 double sm_queue_duration(const sm_stretch_queue *queue);
 
 /* Doubles of a queue: the number of stretches, and the stretches in order. */
-#define SM_QUEUE_DOUBLES (1 + SM_STRETCHES * sizeof(sm_stretch) / sizeof(double))
+#define SM_QUEUE_DOUBLES (1 + SM_STRETCHES * SM_DOUBLES_IN(sm_stretch))
 /* Writes a queue as doubles. */
 void sm_queue_write(const sm_stretch_queue *queue, double *values);
 /* Reads a queue from doubles. */

@@ -7,16 +7,15 @@
 
 #include "base/check.h"
 
-/* In units of the allowed deviation of a velocity from a straight line [-]: the largest deviation
- * in a last step that is read; the deviation above which a step is halved twice; the deviation
- * below which the next step is twice as long. */
+/* In units of the allowed deviation of a velocity from a straight line [-], which is proportional to
+ * the square of the step: the largest deviation in a last step that is read; the deviation above
+ * which half the step would deviate too much, so that it is halved twice; the deviation below which
+ * the next step is twice as long. */
 #define CURVED_LAST 0.3
 #define VERY_CURVED 4.0
 #define STRAIGHT 0.2
-/* Tolerances of stages, of the friction limits [-]. In the last step the matrix S multiplies the
- * error of v in the force that is read. */
+/* Tolerance of the stages before the last step, of the friction limits [-]. */
 #define STAGE_TOLERANCE 1e-5
-#define LAST_STAGE_TOLERANCE 1e-10
 
 /* Returns the number of doubles of the memory of the contact laws. */
 static size_t memory_count(const sm_contact *contact) {
@@ -32,8 +31,7 @@ void sm_march_place(sm_march *march, const sm_contact *contact, int orders, sm_b
         march->flexibility = sm_take(block, n * n);
         for (size_t k = 0; k < n * n && block->memory; k++)
             march->flexibility[k] = -contact->stiffness[k];
-        double **rows[] = {&march->u, &march->x, &march->v};
-        for (size_t k = 0; k < sizeof rows / sizeof *rows; k++) *rows[k] = sm_take(block, n);
+        SM_TAKE_EACH(block, n, &march->u, &march->x, &march->v);
         march->memory = sm_take(block, memory_count(contact));
         sm_elastic_solver_place(&march->solver, contact->elastic, contacts, march->flexibility,
                                 block);
@@ -69,12 +67,9 @@ void sm_march_start(sm_march *march, const sm_contact *contact, const double *st
     const int rows = rows_of(march, contact, row);
     for (int k = 0; k < rows; k++)
         for (size_t i = 0; i < n; i++) row[k][i] = state ? state[(size_t)k * n + i] : 0.0;
-    if (contact->law == SM_ELASTIC) {
-        for (size_t k = 0; k < memory_count(contact); k++)
-            march->memory[k] = state ? state[3 * n + k] : 0.0;
-        return;
-    }
-    for (size_t i = 0; i < n; i++)
+    for (size_t k = 0; k < memory_count(contact); k++)
+        march->memory[k] = state ? state[3 * n + k] : 0.0;
+    for (size_t i = 0; contact->law != SM_ELASTIC && i < n; i++)
         march->lane.stage_v[0][i] = march->lane.stage_v[1][i] = march->v[i];
 }
 
@@ -82,10 +77,9 @@ void sm_march_read(const sm_march *march, const sm_contact *contact, double *sta
     const size_t n = (size_t)contact->contacts;
     double *row[5];
     const int rows = rows_of(march, contact, row);
-    for (int k = 0; k < rows; k++)
-        for (size_t i = 0; i < n; i++) state[(size_t)k * n + i] = row[k][i];
+    for (int k = 0; k < rows; k++) memcpy(state + (size_t)k * n, row[k], n * sizeof *state);
     if (contact->law == SM_ELASTIC)
-        memcpy(state + 3 * n, march->memory, memory_count(contact) * sizeof(double));
+        memcpy(state + 3 * n, march->memory, memory_count(contact) * sizeof *state);
 }
 
 /* Computes the friction force r - S v, and limits it to the friction limit because of rounding. */
@@ -104,24 +98,12 @@ static sm_status step_elastic(sm_march *march, const double *u, double h) {
     const int n = contact->contacts;
     double *last_x = march->v;
     memcpy(last_x, march->x, (size_t)n * sizeof *last_x); /* x is also the initial guess */
-    const sm_status status = sm_elastic_solve(&march->solver, u, march->memory, march->x);
-    if (status != SM_OK) return status;
+    SM_TRY(sm_elastic_solve(&march->solver, u, march->memory, march->x));
     for (int i = 0; i < n; i++) {
         march->v[i] = (march->x[i] - last_x[i]) / h;
         march->force[i] = march->solver.f[i];
     }
     memcpy(march->memory, march->solver.next, memory_count(contact) * sizeof(double));
-    return SM_OK;
-}
-
-/* Changes the step size and with it the matrix S. The contacts continue, or start if it is the
- * first step. */
-static sm_status set_level(sm_march *march, const sm_contact *contact, int level, double h) {
-    sm_stepper *stepper = &march->stepper[level];
-    const sm_status status = sm_stepper_set(stepper, contact, h);
-    if (status != SM_OK) return status;
-    march->lane.rows = 0;
-    march->level = level;
     return SM_OK;
 }
 
@@ -152,19 +134,19 @@ SM_INLINE double deviation(const int n, const sm_march *march, const double *v, 
  * exceeds `allowed`, it returns after this stage. */
 SM_INLINE sm_status step_rigid(const int n, sm_march *march, int level, double h, double at,
                                double part, double tolerance, double allowed, double *curved) {
-    if (level != march->level) {
-        const sm_status status = set_level(march, march->forcing.contact, level, h);
-        if (status != SM_OK) return status;
-    }
     sm_stepper *stepper = &march->stepper[level];
     sm_lanes *lane = &march->lane;
+    if (level != march->level) { /* another step size, and with it another matrix S */
+        SM_TRY(sm_stepper_set(stepper, march->forcing.contact, h));
+        lane->rows = 0;
+        march->level = level;
+    }
     stepper->tolerance = tolerance;
     keep_rigid(n, march, 0);
     for (int stage = 0; stage < 2; stage++) {
         const double end = stage == 0 ? SM_FIRST_END : 1.0;
         sm_forcing_load(n, &march->forcing, at + end * part, lane->u);
-        const sm_status status = sm_stage_one(stepper, lane, stage);
-        if (status != SM_OK) return status;
+        SM_TRY(sm_stage_one(stepper, lane, stage));
         *curved = deviation(n, march, lane->v, end * h);
         if (*curved > allowed) return SM_OK;
     }
@@ -197,12 +179,10 @@ SM_INLINE sm_status integrate_rigid(const int n, sm_march *march, const sm_steps
         const int last = at + parts == steps->end;
         const int finest = at < steps->resolved ? 0 : steps->finest;
         const double allowed = (last && steps->to_be_read ? CURVED_LAST : 1.0) * steps->allowed;
-        const double tolerance = last ? LAST_STAGE_TOLERANCE : STAGE_TOLERANCE;
+        const double tolerance = last ? SM_READ_TOLERANCE : STAGE_TOLERANCE;
         double curved;
-        const sm_status status =
-            step_rigid(n, march, level, steps->h * part, within, part, tolerance,
-                       level < finest ? allowed : INFINITY, &curved);
-        if (status != SM_OK) return status;
+        SM_TRY(step_rigid(n, march, level, steps->h * part, within, part, tolerance,
+                          level < finest ? allowed : INFINITY, &curved));
         if (level < finest && curved > allowed) {
             keep_rigid(n, march, 1);
             level += curved > VERY_CURVED * allowed && level + 1 < finest ? 2 : 1;
@@ -221,8 +201,7 @@ SM_INLINE sm_status integrate_elastic(const int n, sm_march *march, const sm_ste
         const double elapsed = steps->from + steps->h * (double)k;
         sm_forcing_turn(&march->forcing, elapsed);
         sm_forcing_find(n, 0, &march->forcing, elapsed);
-        const sm_status status = step_elastic(march, march->forcing.value, steps->h);
-        if (status != SM_OK) return status;
+        SM_TRY(step_elastic(march, march->forcing.value, steps->h));
     }
     return SM_OK;
 }
@@ -236,26 +215,24 @@ SM_INLINE sm_status finish_elastic(const int n, sm_march *march, const sm_steps 
     sm_forcing_advance(n, forcing, steps->from + steps->h * (double)count);
     const double part = ldexp(1.0, -steps->finest);
     sm_forcing_load(n, forcing, 1.0 - part, march->u);
-    const sm_status status = step_elastic(march, march->u, steps->h * (1.0 - part));
-    return status == SM_OK ? step_elastic(march, forcing->value, steps->h * part) : status;
+    SM_TRY(step_elastic(march, march->u, steps->h * (1.0 - part)));
+    return step_elastic(march, forcing->value, steps->h * part);
 }
 
 SM_HOT_ONE sm_status sm_march_along(sm_march *march, const sm_contact *contact,
                                     const sm_segment *segment, double from, double to,
                                     int steps_per_period, sm_detail detail) {
     sm_steps steps = {.from = from, .to = to};
-    sm_status status = sm_choose_steps(contact, segment, steps_per_period, detail, &steps);
-    if (status != SM_OK) return status;
+    SM_TRY(sm_choose_steps(contact, segment, steps_per_period, detail, &steps));
     const int n = contact->contacts;
     sm_forcing_start(&march->forcing, contact, segment, from, steps.h);
     if (contact->law == SM_ELASTIC) {
         const int64_t count = steps.end / steps.whole, same = steps.finest > 0 ? count - 1 : count;
-        status = integrate_elastic(n, march, &steps, same);
-        if (status == SM_OK && same < count) status = finish_elastic(n, march, &steps, count);
+        SM_TRY(integrate_elastic(n, march, &steps, same));
+        if (same < count) SM_TRY(finish_elastic(n, march, &steps, count));
     } else {
-        status = n == 2 ? integrate_rigid(2, march, &steps) : integrate_rigid(n, march, &steps);
+        SM_TRY(n == 2 ? integrate_rigid(2, march, &steps) : integrate_rigid(n, march, &steps));
     }
-    if (status != SM_OK) return status;
     /* a NaN or infinity during the integration remains in the displacement */
     const size_t count = (size_t)n;
     const int finite = sm_all_finite(march->x, count) && sm_all_finite(march->v, count)

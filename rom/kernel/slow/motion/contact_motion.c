@@ -11,11 +11,11 @@
 sm_status sm_contact_motion(const sm_contact *contact, size_t segments, const sm_segment *segment,
                             const double *start_x, int32_t steps_per_period,
                             const sm_contact_samples *samples) {
-    sm_status status = samples ? sm_contact_check(contact) : SM_BAD_ARGUMENT;
-    if (status == SM_OK && contact->contacts == 0) return SM_BAD_ARGUMENT;
-    if (status == SM_OK) status = sm_segments_check(segments, segment, contact->modes);
-    if (status == SM_OK) status = sm_times_check(samples->count, samples->times, segments, segment);
-    if (status != SM_OK) return status;
+    if (!samples) return SM_BAD_ARGUMENT;
+    SM_TRY(sm_contact_check(contact));
+    if (contact->contacts == 0) return SM_BAD_ARGUMENT;
+    SM_TRY(sm_segments_check(segments, segment, contact->modes));
+    SM_TRY(sm_times_check(samples->count, samples->times, segments, segment));
     const size_t n = (size_t)contact->contacts, bytes = n * sizeof(double);
     const double *times = samples->times;
     if (steps_per_period < SM_MIN_STEPS || steps_per_period > SM_MOST
@@ -32,6 +32,7 @@ sm_status sm_contact_motion(const sm_contact *contact, size_t segments, const sm
     sm_march_place(&march, contact, orders, &block);
     if (start_x) memcpy(state, start_x, bytes);
     sm_march_start(&march, contact, state);
+    sm_status status = SM_OK;
     size_t g = 0;
     double now = segment[0].start;
     for (size_t k = 0; k < samples->count && status == SM_OK; k++) {

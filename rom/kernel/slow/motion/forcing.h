@@ -34,14 +34,11 @@ typedef struct {
 /* Places the arrays for up to `orders` harmonics of the response. */
 static inline void sm_forcing_place(sm_forcing *f, int contacts, int orders, sm_block *block) {
     const size_t n = (size_t)contacts, row = sm_whole((size_t)orders, SM_SHORT_VECTOR);
-    double **rows[] = {&f->re, &f->im, &f->factor_re, &f->factor_im, &f->turn};
     f->row = row;
-    f->value = sm_take(block, n);
-    f->rate = sm_take(block, n);
+    SM_TAKE_EACH(block, n, &f->value, &f->rate);
     f->before = sm_take(block, 2 * n);
-    f->start = sm_take(block, 2 * n * row);
-    f->slope = sm_take(block, 2 * n * row);
-    for (size_t k = 0; k < sizeof rows / sizeof *rows; k++) *rows[k] = sm_take(block, row);
+    SM_TAKE_EACH(block, 2 * n * row, &f->start, &f->slope);
+    SM_TAKE_EACH(block, row, &f->re, &f->im, &f->factor_re, &f->factor_im, &f->turn);
 }
 
 /* Returns the angle by which a carrier turns in a step at its present frequency [rad]. */

@@ -45,8 +45,7 @@ SM_HOT static void sum_at(const sm_harmonic_sum *sum, const sm_segment *g, const
 static sm_status check_sum(const sm_harmonic_sum *sum, size_t segments) {
     if (!sum || sum->modes < 1 || sum->modes > SM_MODES) return SM_BAD_ARGUMENT;
     const size_t orders = (size_t)sum->orders_count;
-    const sm_status status = sm_orders_check(sum->orders_count, sum->orders);
-    if (status != SM_OK) return status;
+    SM_TRY(sm_orders_check(sum->orders_count, sum->orders));
     if (sum->signals < 1 || !sum->shape || (orders > 0 && !sum->coefficient))
         return SM_BAD_ARGUMENT;
     const size_t per_point = sum->signals * (orders > 0 ? 2 * orders : 1);
@@ -62,10 +61,9 @@ static sm_status check_sum(const sm_harmonic_sum *sum, size_t segments) {
 sm_status sm_harmonic_motion(const sm_harmonic_sum *sum, size_t segments,
                              const sm_segment *segment, size_t samples, const double *times,
                              double *motion) {
-    sm_status status = check_sum(sum, segments);
-    if (status == SM_OK) status = sm_segments_check(segments, segment, sum->modes);
-    if (status == SM_OK) status = sm_times_check(samples, times, segments, segment);
-    if (status != SM_OK) return status;
+    SM_TRY(check_sum(sum, segments));
+    SM_TRY(sm_segments_check(segments, segment, sum->modes));
+    SM_TRY(sm_times_check(samples, times, segments, segment));
     if (!sm_fits(samples, sum->signals * sizeof(double)) || (samples > 0 && !motion))
         return SM_BAD_ARGUMENT;
     const size_t per_point = sum->signals * 2 * (size_t)sum->orders_count;

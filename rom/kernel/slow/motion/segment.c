@@ -61,8 +61,7 @@ static int consecutive(const sm_segment *segment, const sm_segment *next) {
 sm_status sm_segments_check(size_t segments, const sm_segment *segment, int modes) {
     if (segments < 1 || !segment) return SM_BAD_ARGUMENT;
     for (size_t k = 0; k < segments; k++) {
-        const sm_status status = check_segment(&segment[k], modes);
-        if (status != SM_OK) return status;
+        SM_TRY(check_segment(&segment[k], modes));
         if (k > 0 && !consecutive(&segment[k - 1], &segment[k])) return SM_BAD_ARGUMENT;
     }
     return SM_OK;

@@ -35,10 +35,10 @@ static sm_status check_carrier(const sm_tone *tone, int t) {
     const size_t n = (size_t)tone->contacts, rows = sm_tone_rows(tone, t);
     const double *const arrays[] = {carrier->flexibility, carrier->own, carrier->output};
     const size_t sizes[] = {2 * n * (n + 1), 2 * n, 2 * rows * (n + 1)};
-    sm_status status = check_arrays(sizeof sizes / sizeof *sizes - (rows ? 0 : 1), arrays, sizes);
-    if (status == SM_OK) status = check_modes(&carrier->slow, n, rows);
-    if (status == SM_OK) status = check_modes(&carrier->fast, n, rows);
-    return status == SM_OK ? sm_check_positive(carrier->reference) : status;
+    SM_TRY(check_arrays(sizeof sizes / sizeof *sizes - (rows ? 0 : 1), arrays, sizes));
+    SM_TRY(check_modes(&carrier->slow, n, rows));
+    SM_TRY(check_modes(&carrier->fast, n, rows));
+    return sm_check_positive(carrier->reference);
 }
 
 /* Checks the tables of the contacts. */
@@ -47,12 +47,11 @@ static sm_status check_tables(const sm_tone *tone) {
     const double *const arrays[] = {tone->stiffness, tone->onset, tone->secant};
     const size_t sizes[] = {(size_t)tone->contacts, kinds,
                             4 * tones * tones * (size_t)tone->nodes * (size_t)tone->shares * kinds};
-    sm_status status = check_arrays(sizeof sizes / sizeof *sizes, arrays, sizes);
-    for (size_t i = 0; i < kinds && status == SM_OK; i++)
-        status = sm_check_positive(tone->onset[i]);
-    if (status == SM_OK) status = sm_check_positive(tone->spacing);
-    if (status == SM_OK) status = sm_check_not_negative(tone->contraction);
-    return status == SM_OK && !isfinite(tone->first) ? SM_NOT_FINITE : status;
+    SM_TRY(check_arrays(sizeof sizes / sizeof *sizes, arrays, sizes));
+    for (size_t i = 0; i < kinds; i++) SM_TRY(sm_check_positive(tone->onset[i]));
+    SM_TRY(sm_check_positive(tone->spacing));
+    SM_TRY(sm_check_not_negative(tone->contraction));
+    return isfinite(tone->first) ? SM_OK : SM_NOT_FINITE;
 }
 
 sm_status sm_tone_check(const sm_tone *tone, double tolerance) {
@@ -61,7 +60,7 @@ sm_status sm_tone_check(const sm_tone *tone, double tolerance) {
         || tone->contacts % tone->kinds != 0 || !is_size(tone->elastic, 0)
         || !is_size(tone->shares, tone->tones) || (tone->tones == 1 && tone->shares != 1))
         return SM_BAD_ARGUMENT;
-    sm_status status = check_tables(tone);
-    for (int t = 0; t < tone->tones && status == SM_OK; t++) status = check_carrier(tone, t);
-    return status == SM_OK ? sm_check_positive(tolerance) : status;
+    SM_TRY(check_tables(tone));
+    for (int t = 0; t < tone->tones; t++) SM_TRY(check_carrier(tone, t));
+    return sm_check_positive(tolerance);
 }

@@ -29,15 +29,13 @@ static void place(sm_tone_flow *flow, sm_block *block) {
     flow->state = sm_take(block, SM_TONE_SCALARS);
     flow->amplitude = sm_take(block, M);
     flow->stage[0] = sm_take(block, M);
-    flow->deficit = sm_take(block, n);
-    flow->drive = sm_take(block, n);
+    SM_TAKE_EACH(block, n, &flow->deficit, &flow->drive);
     flow->state_count = block->taken - from;
     flow->now = (void *)flow->state;
     flow->before = sm_take(block, flow->state_count);
     flow->others = sm_take(block, n * ((size_t)tone->contacts + 1));
     flow->given = sm_take(block, n);
-    flow->next = sm_take(block, M);
-    flow->end = sm_take(block, M);
+    SM_TAKE_EACH(block, M, &flow->next, &flow->end);
     for (int stage = 1; stage < SM_TONE_STAGES; stage++) flow->stage[stage] = sm_take(block, M);
     flow->weight = sm_take(block, SM_TONE_WEIGHTS * M);
     flow->fast = sm_take(block, fast);
@@ -55,8 +53,7 @@ static void set_at_rest(sm_tone_flow *flow) {
 
 sm_status sm_tone_create(const sm_tone *tone, double tolerance, sm_tone_flow **flow) {
     if (!flow) return SM_BAD_ARGUMENT;
-    const sm_status status = sm_tone_check(tone, tolerance);
-    if (status != SM_OK) return status;
+    SM_TRY(sm_tone_check(tone, tolerance));
     const size_t header = sm_whole_lines(sm_doubles(sizeof(sm_tone_flow)));
     sm_block block = {NULL, 0};
     sm_tone_flow counted, *made = &counted;
@@ -148,8 +145,7 @@ static int is_discontinuous(const sm_tone *tone, const sm_inputs *a, const sm_in
 sm_status sm_tone_set_inputs(sm_tone_flow *flow, const sm_inputs *inputs) {
     if (!flow || !inputs) return SM_BAD_ARGUMENT;
     const int tones = flow->tone.tones;
-    sm_status status = sm_inputs_check(inputs, tones);
-    if (status != SM_OK) return status;
+    SM_TRY(sm_inputs_check(inputs, tones));
     sm_inputs fresh = sm_inputs_after(inputs, tones, 0.0);
     for (int t = 0; t < tones; t++) fresh.angle[t] = flow->now->angle[t].value;
     if (!is_discontinuous(&flow->tone, &flow->now->inputs, &fresh)) {
@@ -157,7 +153,7 @@ sm_status sm_tone_set_inputs(sm_tone_flow *flow, const sm_inputs *inputs) {
         return SM_OK;
     }
     save(flow);
-    status = set_discontinuous(flow, &fresh);
+    sm_status status = set_discontinuous(flow, &fresh);
     if (status == SM_OK && !sm_all_finite(flow->state, flow->state_count)) status = SM_NOT_FINITE;
     if (status != SM_OK) restore(flow);
     return status;
@@ -198,15 +194,14 @@ static sm_status advance(sm_tone_flow *flow, double duration, const sm_inputs *a
 
 sm_status sm_tone_step(sm_tone_flow *flow, double duration) {
     if (!flow) return SM_BAD_ARGUMENT;
-    sm_status status = sm_check_positive(duration);
-    if (status != SM_OK) return status;
+    SM_TRY(sm_check_positive(duration));
     sm_tone_state *now = flow->now;
     const sm_inputs in = now->inputs;
     const int tones = flow->tone.tones;
     sm_inputs after = sm_inputs_after(&in, tones, duration);
-    if ((status = sm_inputs_check(&after, tones)) != SM_OK) return status;
+    SM_TRY(sm_inputs_check(&after, tones));
     save(flow);
-    status = advance(flow, duration, &after);
+    sm_status status = advance(flow, duration, &after);
     if (status == SM_OK) {
         sm_add(&now->time, duration);
         for (int t = 0; t < tones; t++) {
@@ -250,8 +245,7 @@ sm_status sm_tone_set_state(sm_tone_flow *flow, const double *state) {
     sm_tone_state given;
     memcpy(&given, state, sizeof given);
     const int tones = flow->tone.tones;
-    const sm_status status = sm_inputs_check(&given.inputs, tones);
-    if (status != SM_OK) return status;
+    SM_TRY(sm_inputs_check(&given.inputs, tones));
     for (int t = 0; t < tones; t++)
         if (given.band[t] != round(given.band[t]) || fabs(given.band[t]) > FARTHEST_BAND)
             return SM_BAD_ARGUMENT;

@@ -6,11 +6,11 @@
 
 #include <math.h>
 
+#include "base/check.h"
 #include "base/cnumber.h"
 #include "base/hermite.h"
 #include "base/lanes.h"
 
-#define MAX_ITERATIONS 60 /* of the deficits; weakly coupled contacts need one or two */
 #define BLOCK SM_VECTOR   /* rows that are computed together */
 /* Width of the bands of frequency, relative to the reference frequency [-]: within a band the
  * response of the fast modes changes by less than 1e-3. */
@@ -188,7 +188,7 @@ SM_INLINE sm_status find_deficits(const int tones, sm_tone_flow *flow, double el
     int iterations = 0;
     /* the error of the deficits is the contraction times their last change */
     while (!(flow->tone.contraction * iterate(tones, flow, scale) <= flow->tolerance))
-        if (++iterations >= MAX_ITERATIONS) return SM_NOT_CONVERGED;
+        if (++iterations >= SM_MAX_ITERATIONS) return SM_NOT_CONVERGED;
     return SM_OK;
 }
 
@@ -213,9 +213,7 @@ SM_HOT sm_status sm_tone_load(sm_tone_flow *flow, double elapsed, const double *
         add_product(n, slow->count, slow->motion, amplitude, given);
         amplitude += 2 * slow->count;
     }
-    const sm_status status = tone->tones > 1 ? find_deficits(2, flow, elapsed)
-                                             : find_deficits(1, flow, elapsed);
-    if (status != SM_OK) return status;
+    SM_TRY(tone->tones > 1 ? find_deficits(2, flow, elapsed) : find_deficits(1, flow, elapsed));
     memset(load, 0, flow->amplitudes * sizeof(double));
     for (int t = 0; t < tone->tones; t++) {
         const sm_tone_modes *slow = &tone->carrier[t].slow;

@@ -22,7 +22,7 @@ typedef struct {
     sm_inputs inputs;
 } sm_tone_state;
 
-#define SM_TONE_SCALARS (sizeof(sm_tone_state) / sizeof(double))
+#define SM_TONE_SCALARS SM_DOUBLES_IN(sm_tone_state)
 
 /* Arrays of amplitudes contain (2, M) for each tone, M its slow modes, one tone after the other.
  * T is the number of tones. */

@@ -3,6 +3,7 @@
  * Matthews, J. Comput. Phys. 176 (2002), with step size control. tone_entries.c calls it. */
 #include <math.h>
 
+#include "base/check.h"
 #include "base/cnumber.h"
 #include "base/exact_sum.h"
 #include "slow/tone/tone_flow.h"
@@ -12,11 +13,8 @@
 #define LONGEST 4.0
 #define SHORTEST 1e-3
 
-/* Step size control: h_new = h SAFETY error^(-1/4), within limits, because the error estimate is
- * proportional to h^4. */
-#define SAFETY 0.9
-#define MIN_FACTOR 0.2
-#define MAX_FACTOR 2.0
+#define ORDER 4.0      /* of the error estimate */
+#define MAX_FACTOR 2.0 /* of successive steps */
 
 /* Terms of the series of phi_3 for |z| <= 1: the first neglected one is 3! / 22! < 1e-20. */
 #define SERIES_TERMS 18
@@ -112,20 +110,19 @@ static sm_status step(sm_tone_flow *f, double from, double to, double *power) {
     const size_t size = f->amplitudes;
     const double middle = 0.5 * (from + to);
     double *stage = f->next; /* not needed before the last sum */
-    sm_status status = SM_OK;
     apply_weight(f, HALF, f->amplitude, 0, stage);
     apply_weight(f, TO_HALF, f->stage[0], 1, stage);
-    if ((status = sm_tone_load(f, middle, stage, f->stage[1])) != SM_OK) return status;
+    SM_TRY(sm_tone_load(f, middle, stage, f->stage[1]));
     apply_weight(f, HALF, f->amplitude, 0, f->end);
     apply_weight(f, TO_HALF, f->stage[1], 1, f->end);
-    if ((status = sm_tone_load(f, middle, f->end, f->stage[2])) != SM_OK) return status;
+    SM_TRY(sm_tone_load(f, middle, f->end, f->stage[2]));
     *power = f->now->power;
     /* the second half step, from the first half step, with the load 2 n_3 - n_1 */
     apply_weight(f, WHOLE, f->amplitude, 0, stage);
     apply_weight(f, LAST_PART, f->stage[0], 1, stage);
     for (size_t i = 0; i < size; i++) f->end[i] = 2.0 * f->stage[2][i];
     apply_weight(f, TO_HALF, f->end, 1, stage);
-    if ((status = sm_tone_load(f, to, stage, f->stage[3])) != SM_OK) return status;
+    SM_TRY(sm_tone_load(f, to, stage, f->stage[3]));
     apply_weight(f, WHOLE, f->amplitude, 0, f->next);
     apply_weight(f, FIRST, f->stage[0], 1, f->next);
     apply_weight(f, MIDDLE, f->stage[1], 1, f->next);
@@ -172,13 +169,10 @@ sm_status sm_tone_march(sm_tone_flow *f, double from, double to) {
         const double taken = h >= left ? left : fmin(h, 0.5 * left);
         const double end = taken == left ? to : time + taken;
         set_weights(f, taken, 0.5 * (time + end));
-        const sm_status status = step(f, time, end, power + 1);
-        if (status != SM_OK) return status;
+        SM_TRY(step(f, time, end, power + 1));
         const double error = error_of(f) / f->tolerance;
         if (isnan(error)) return SM_NOT_FINITE;
-        const double factor =
-            error > 0.0 ? fmin(fmax(SAFETY * pow(error, -0.25), MIN_FACTOR), MAX_FACTOR)
-                        : MAX_FACTOR;
+        const double factor = sm_step_factor(error, ORDER, MAX_FACTOR);
         if (error > 1.0) {
             f->rejected++;
             h = factor * taken;

@@ -3,6 +3,7 @@
  * forces. rom/slow/tone/ and the FMU call it. */
 #include <math.h>
 
+#include "base/check.h"
 #include "base/cnumber.h"
 #include "slow/tone/tone_flow.h"
 
@@ -103,8 +104,7 @@ sm_status sm_tone_slow_outputs(sm_tone_flow *flow, double *outputs) {
 }
 
 sm_status sm_tone_outputs(sm_tone_flow *flow, double *outputs) {
-    const sm_status status = sm_tone_slow_outputs(flow, outputs);
-    if (status != SM_OK) return status;
+    SM_TRY(sm_tone_slow_outputs(flow, outputs));
     const sm_tone *tone = &flow->tone;
     const size_t contacts = tone->contact_motion ? 3 * (size_t)tone->contacts : 0;
     const double *z = flow->output;
@@ -126,10 +126,9 @@ sm_status sm_tone_run(sm_tone_flow *flow, size_t steps, const double *durations,
     if (!flow || !durations || !inputs || !outputs || !done) return SM_BAD_ARGUMENT;
     const size_t width = sm_tone_output_count(flow);
     for (*done = 0; *done < steps; ++*done) {
-        sm_status status = sm_tone_set_inputs(flow, &inputs[*done]);
-        if (status == SM_OK) status = sm_tone_step(flow, durations[*done]);
-        if (status == SM_OK) status = sm_tone_outputs(flow, outputs + *done * width);
-        if (status != SM_OK) return status;
+        SM_TRY(sm_tone_set_inputs(flow, &inputs[*done]));
+        SM_TRY(sm_tone_step(flow, durations[*done]));
+        SM_TRY(sm_tone_outputs(flow, outputs + *done * width));
     }
     return SM_OK;
 }

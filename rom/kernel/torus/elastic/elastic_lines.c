@@ -6,9 +6,6 @@
 #include "base/check.h"
 #include "contact/elastic/reversal.h"
 
-/* Smallest displacement that the solver resolves, in displacements of sticking contacts. */
-#define RESOLVED 1e-3
-
 /* Returns the doubles of the harmonics of y. */
 static size_t harmonics_size(const sm_elastic_lines *e) {
     return 2 * e->lines.orders * e->lines.contacts;
@@ -49,7 +46,7 @@ static void exchange_memory(sm_march *m, double *by_place, int back) {
 
 void sm_elastic_lines_start(sm_elastic_lines *e, double displacement) {
     const size_t lines = e->lines.lines;
-    e->solver.resolved = RESOLVED * displacement;
+    e->solver.resolved = SM_LEAST_RESOLVED * displacement;
     e->turned = 0;
     sm_phases_start(&e->lines.phases);
     memset(e->history, 0, SM_HISTORIES * e->lines.contacts * lines * sizeof(double));
@@ -114,9 +111,7 @@ static sm_status step_line(sm_elastic_lines *e, size_t p, const double *u, doubl
         x[i] += e->own_u[i] - last_u[i]; /* as if nothing slipped */
         last_u[i] = e->own_u[i];
     }
-    const sm_status status =
-        sm_elastic_follow(&e->solver, e->own_u, memory, x, e->y + at);
-    if (status != SM_OK) return status;
+    SM_TRY(sm_elastic_follow(&e->solver, e->own_u, memory, x, e->y + at));
     memcpy(e->own_y, e->solver.y, n * sizeof(double));
     memset(e->own_correction, 0, n * sizeof(double));
     if (e->solver.slides && e->solver.yielding > 0)
@@ -146,8 +141,7 @@ sm_status sm_elastic_lines_step(sm_elastic_lines *e, size_t first, size_t count,
         double *y_mean = e->lines.y_mean + k * e->lines.lines * row;
         sm_marched_displace(&e->marched, u);
         for (size_t p = 0; p < e->lines.lines; p++) {
-            const sm_status status = step_line(e, p, u + p, y + p, y_mean + p * row);
-            if (status != SM_OK) return status;
+            SM_TRY(step_line(e, p, u + p, y + p, y_mean + p * row));
         }
         sm_marched_advance(&e->marched, y);
     }
@@ -188,9 +182,7 @@ static sm_status march_period(sm_march *m) {
     memcpy(e->memory_at_start, e->memory, e->lines.lines * e->memory_size * sizeof(double));
     for (size_t k = 0; k < steps; k += SM_TOGETHER) {
         const size_t left = steps - k;
-        const sm_status status =
-            sm_elastic_lines_step(e, k, left < SM_TOGETHER ? left : SM_TOGETHER, 1.0);
-        if (status != SM_OK) return status;
+        SM_TRY(sm_elastic_lines_step(e, k, left < SM_TOGETHER ? left : SM_TOGETHER, 1.0));
     }
     m->steps = (int32_t)steps;
     sm_phase_lines_collect(&e->lines, steps, e->Y);
@@ -203,7 +195,7 @@ static sm_status march_period(sm_march *m) {
 /* ---- memory ---------------------------------------------------------------------------- */
 
 /* Returns the doubles of memory that are unknowns of periodic motion. A slider forgets its position
- * when it slides; in two directions it keeps a part of it for many periods. */
+ * when it slides; in two directions its initial position decays over many periods. */
 static size_t memory_unknowns(const sm_elastic_lines *e) {
     const int closed = e->contact->modes == 1 || shift_of(e, 0) > 0;
     return closed && sm_elastic_slides_in_two(e->contact->elastic) ? e->lines.lines * e->memory_size
@@ -217,9 +209,8 @@ static void place(sm_elastic_lines *e, sm_block *block) {
     sm_phase_lines_place(&e->lines, block);
     e->flexibility = sm_take(block, n * n);
     e->history = sm_take(block, 0);
-    double **histories[SM_HISTORIES] = {&e->x,          &e->u,          &e->y,
-                                        &e->stuck_x[0], &e->stuck_x[1], &e->correction};
-    for (int k = 0; k < SM_HISTORIES; k++) *histories[k] = sm_take(block, n * lines);
+    SM_TAKE_EACH(block, n * lines, &e->x, &e->u, &e->y, &e->stuck_x[0], &e->stuck_x[1],
+                 &e->correction);
     e->slipped = (void *)sm_take(block, sm_doubles(lines * sizeof(int32_t)));
     e->memory = sm_take(block, lines * e->memory_size);
     e->memory_at_start = sm_take(block, lines * e->memory_size);
@@ -268,7 +259,7 @@ sm_status sm_elastic_make(sm_march *m) {
     m->response = e->response;
     m->Y = e->Y;
     m->square = e->square;
-    const int asked = contact->response ? contact->response->requested : 0;
-    m->requested = (size_t)(asked > 0 && e->solver.slides ? asked : grid->orders_count);
+    const int requested = contact->response ? contact->response->requested : 0;
+    m->requested = (size_t)(requested > 0 && e->solver.slides ? requested : grid->orders_count);
     return SM_OK;
 }

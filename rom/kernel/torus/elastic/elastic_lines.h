@@ -12,7 +12,7 @@
 #include "torus/elastic/phase_lines.h"
 #include "torus/march.h"
 
-#define SM_HISTORIES 6
+#define SM_HISTORIES 6 /* arrays of the last step, one after the other */
 
 typedef struct {
     const sm_contact *contact;

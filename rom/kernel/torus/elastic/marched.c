@@ -30,12 +30,12 @@ void sm_marched_begin(sm_marched *m, const sm_phase_lines *lines, const double *
     sm_marched_start(m);
     for (size_t q = 0; q < lines->orders; q++, Y += 2 * m->contacts)
         for (size_t k = 0; k < m->modes; k++) {
-            const double *drawn = m->response->projection + k * m->contacts;
+            const double *projection = m->response->projection + k * m->contacts;
             const double *per = m->response->periodic + 4 * (q * m->modes + k);
             double G[2] = {0.0, 0.0}, *s = m->state + 3 * k * m->stride;
             for (size_t i = 0; i < m->contacts; i++) {
-                G[0] += drawn[i] * Y[2 * i];
-                G[1] += drawn[i] * Y[2 * i + 1];
+                G[0] += projection[i] * Y[2 * i];
+                G[1] += projection[i] * Y[2 * i + 1];
             }
             const int turns = lines->order[2 * q + 1];
             add_turned(lines, turns, G, per, s);
@@ -48,7 +48,7 @@ SM_HOT void sm_marched_displace(const sm_marched *m, double *u) {
     for (size_t k = 0; k < m->modes; k++)
         for (size_t first = 0; first < m->stride; first += WIDTH) {
             const double *restrict by = m->response->advance + ENTRIES * k;
-            const double *restrict drawn = m->response->projection + k * m->contacts;
+            const double *restrict projection = m->response->projection + k * m->contacts;
             const double *restrict s = m->state + 3 * k * m->stride + first;
             double now[WIDTH]; /* kept in registers */
             SM_SIMD
@@ -57,7 +57,7 @@ SM_HOT void sm_marched_displace(const sm_marched *m, double *u) {
             for (size_t i = 0; i < m->contacts; i++) {
                 double *restrict to = u + i * m->stride + first;
                 SM_SIMD
-                for (size_t p = 0; p < WIDTH; p++) to[p] += drawn[i] * now[p];
+                for (size_t p = 0; p < WIDTH; p++) to[p] += projection[i] * now[p];
             }
         }
 }
@@ -66,14 +66,14 @@ SM_HOT void sm_marched_advance(sm_marched *m, const double *y) {
     for (size_t k = 0; k < m->modes; k++)
         for (size_t first = 0; first < m->stride; first += WIDTH) {
             const double *restrict by = m->response->advance + ENTRIES * k;
-            const double *restrict drawn = m->response->projection + k * m->contacts;
+            const double *restrict projection = m->response->projection + k * m->contacts;
             double *restrict s = m->state + 3 * k * m->stride + first;
             double *restrict v = s + m->stride, *restrict g = v + m->stride;
             double force[WIDTH] = {0.0}; /* kept in registers */
             for (size_t i = 0; i < m->contacts; i++) {
                 const double *restrict from = y + i * m->stride + first;
                 SM_SIMD
-                for (size_t p = 0; p < WIDTH; p++) force[p] += drawn[i] * from[p];
+                for (size_t p = 0; p < WIDTH; p++) force[p] += projection[i] * from[p];
             }
             SM_SIMD
             for (size_t p = 0; p < WIDTH; p++) {

@@ -1,6 +1,6 @@
 /* Modes that are integrated in time with the contacts, along the phase lines of a point.
  *
- * Mode k moves under the force g_k = drawn_k y, linear in time over a step: (p, v) at its end
+ * Mode k moves under the force g_k = projection_k y, linear in time over a step: (p, v) at its end
  * follow from (p, v, g) at its start and g at its end by `advance`; see sm_modal_response.
  * elastic_lines.c calls these functions in each step. */
 #ifndef SLIPMODE_MARCHED_H

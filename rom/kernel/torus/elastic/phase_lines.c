@@ -17,11 +17,9 @@ void sm_phase_lines_place(sm_phase_lines *l, sm_block *block) {
     l->phasor = sm_take(block, 2 * l->steps * l->orders);
     l->phases = (sm_phases){.lines = l->lines, .wide = l->stride};
     sm_phases_place(&l->phases, l->orders, l->order, block);
-    l->harmonics = sm_take(block, 2 * l->orders * l->row);
-    l->sums = sm_take(block, 2 * l->orders * l->row);
+    SM_TAKE_EACH(block, 2 * l->orders * l->row, &l->harmonics, &l->sums);
     l->by_power = sm_take(block, TOGETHER * 2 * l->phases.powers * l->row);
-    l->u = sm_take(block, TOGETHER * all);
-    l->y = sm_take(block, TOGETHER * all);
+    SM_TAKE_EACH(block, TOGETHER * all, &l->u, &l->y);
     l->y_mean = sm_take(block, TOGETHER * l->lines * l->row);
     if (!block->memory) return;
     for (size_t k = 0; k < l->steps; k++)

@@ -54,10 +54,8 @@ static void combine(sm_fixed_point *a, const double *g, double *z) {
 
 void sm_fixed_point_place(sm_fixed_point *f, size_t size, sm_block *block) {
     f->size = size;
-    double **rows[] = {&f->z_last, &f->g_last, &f->best_z, &f->best_g};
-    for (size_t k = 0; k < sizeof rows / sizeof *rows; k++) *rows[k] = sm_take(block, size);
-    f->dz = sm_take(block, SM_ANDERSON_DEPTH * size);
-    f->dg = sm_take(block, SM_ANDERSON_DEPTH * size);
+    SM_TAKE_EACH(block, size, &f->z_last, &f->g_last, &f->best_z, &f->best_g);
+    SM_TAKE_EACH(block, SM_ANDERSON_DEPTH * size, &f->dz, &f->dg);
     sm_fixed_point_start(f);
 }
 

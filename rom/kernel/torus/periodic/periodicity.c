@@ -12,7 +12,6 @@
  * is taken as the discretisation error. */
 #define STALLED_HALVES 80
 #define PROGRESS 0.8
-#define SLOW_RATIO 0.5 /* of successive changes: slower convergence is extrapolated */
 #define INITIAL_RATIO 0.9 /* of successive changes before two are known: a slow convergence */
 /* Bounds of the ratio of successive changes: the limit is estimated with a factor r / (1 - r)
  * between 0.4 and 32, because single ratios scatter. */
@@ -20,11 +19,8 @@
 #define LARGEST_RATIO 0.97
 
 void sm_progress_place(sm_progress *t, size_t harmonics, size_t contacts, sm_block *block) {
-    double **of_harmonics[] = {&t->half, &t->mean[0], &t->mean[1], &t->sum};
-    for (size_t k = 0; k < sizeof of_harmonics / sizeof *of_harmonics; k++)
-        *of_harmonics[k] = sm_take(block, harmonics);
-    t->half_square = sm_take(block, contacts);
-    t->sum_square = sm_take(block, contacts);
+    SM_TAKE_EACH(block, harmonics, &t->half, &t->mean[0], &t->mean[1], &t->sum);
+    SM_TAKE_EACH(block, contacts, &t->half_square, &t->sum_square);
 }
 
 void sm_progress_start(sm_progress *t, size_t harmonics, size_t contacts) {
@@ -71,7 +67,7 @@ static double distance_by_periods(sm_progress *t, int marches, double change, do
     double *before = &t->change[marches % 2];
     const double ratio = ratio_of(change, *before, INITIAL_RATIO);
     *before = change;
-    t->slow = ratio > SLOW_RATIO;
+    t->slow = ratio > SM_SLOW_RATIO;
     t->stalled = change < PROGRESS * t->best ? 0 : t->stalled + 1;
     t->best = fmin(t->best, change);
     return fmin(by_halves, distance_from_limit(change, ratio));

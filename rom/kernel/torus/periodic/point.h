@@ -25,6 +25,7 @@ typedef struct {
     size_t harmonics, unknowns; /* doubles of a point */
     int follows;         /* 1: the response at the previous point is the initial guess */
     int32_t steps;       /* time steps along each line so far */
+    double *memory;      /* block of all arrays */
 } sm_search;
 
 /* Returns the unknowns of a point: the response R, then the memory. */

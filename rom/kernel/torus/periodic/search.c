@@ -1,7 +1,11 @@
-/* The search for periodic motion on the torus, eqs. (13), (14), for all laws; torus.c calls it.
- * Unknowns are the response R of the modes and, if contacts converge slowly, their memory. A march
- * under R gives harmonics Y and the next R = H Y + prescribed force. Weak responses to rigid
- * contacts are iterated with relaxation after each half period, others by Anderson's method. */
+/* Periodic contact motion on the torus, eqs. (13), (14), by characteristics; called by Python.
+ *
+ * Along t_B = t_B0 + (omega_B / omega_A) t_A, eq. (13) is an ordinary differential equation. Phase
+ * lines with t_B0 = 2 pi p / lines are marched side by side until the motion repeats. P_nm is the
+ * mean of x exp(-i (n t_A + m t_B)) over all steps and lines. Unknowns are the response R of the
+ * modes and, if contacts converge slowly, their memory. A march under R gives harmonics Y and the
+ * next R = H Y + prescribed force. Weak responses to rigid contacts are iterated with relaxation
+ * after each half period, others by Anderson's method. */
 #include "torus/periodic/point.h"
 
 /* Residual below which the search is near a solution: the discretisation error is then removed by
@@ -22,8 +26,7 @@ static void place(const sm_search *s, sm_block *block) {
             sm_progress_place(&point->progress, s->harmonics, n, block);
         else
             sm_fixed_point_place(&point->fixed_point, s->unknowns, block);
-        point->Y = sm_take(block, s->harmonics);
-        point->last_Y = sm_take(block, s->harmonics);
+        SM_TAKE_EACH(block, s->harmonics, &point->Y, &point->last_Y);
         point->square = sm_take(block, n);
         point->change = sm_take(block, s->unknowns);
     }
@@ -60,8 +63,7 @@ static sm_status evaluate(sm_search *s, int periods) {
         memset(point->square, 0, n * sizeof(double));
     }
     for (int k = 0; k < periods; k++) {
-        const sm_status status = m->law->period(s->march);
-        if (status != SM_OK) return status;
+        SM_TRY(m->law->period(s->march));
         s->steps += m->steps;
         for (size_t p = 0; p < m->count; p++) {
             sm_search_point *point = &s->point[p];
@@ -73,27 +75,46 @@ static sm_status evaluate(sm_search *s, int periods) {
     return SM_OK;
 }
 
+/* Marches rigid contacts by half periods until each point is periodic. */
+static sm_status iterate_by_halves(sm_search *s) {
+    sm_march *m = s->march;
+    const sm_modal_response *response = m->contact->response;
+    const size_t n = (size_t)m->contact->contacts;
+    int open = 1;
+    start(s, response ? response->start : NULL, 0);
+    for (int marches = 0; open && marches < 2 * m->task->grid->max_periods; marches++) {
+        SM_TRY(m->law->period(m));
+        s->steps += m->steps;
+        open = 0;
+        for (size_t p = 0; p < m->count; p++) {
+            sm_search_point *point = &s->point[p];
+            if (point->done) continue;
+            memcpy(point->Y, m->Y + p * s->harmonics, s->harmonics * sizeof(double));
+            memcpy(point->square, m->square + p * n, n * sizeof(double));
+            open |= sm_search_next_half(s, p);
+        }
+    }
+    return SM_OK;
+}
+
 /* Iterates with evaluations of `periods` periods, at the factor `part` of the amplitudes, until
  * each point is periodic or its residual stalls. */
 static sm_status iterate(sm_search *s, int periods, double part) {
     sm_march *m = s->march;
-    const int most = (m->plain ? 2 : 1) * m->task->grid->max_periods;
     m->part = part;
     for (size_t p = 0; p < m->count; p++) {
         sm_fixed_point_start(&s->point[p].fixed_point);
         s->point[p].open = !s->point[p].done;
     }
     int open = 1;
-    for (int marches = 0; open && marches < most; marches += periods) {
+    for (int marches = 0; open && marches < m->task->grid->max_periods; marches += periods) {
         const int first = s->steps == 0;
         if (m->memory > 0) m->law->exchange_memory(m, m->response + s->harmonics, 0);
-        const sm_status status = evaluate(s, periods);
-        if (status != SM_OK) return status;
+        SM_TRY(evaluate(s, periods));
         open = 0;
         for (size_t p = 0; p < m->count; p++) {
             sm_search_point *point = &s->point[p];
-            if (point->open)
-                point->open = m->plain ? sm_search_next_half(s, p) : sm_search_next(s, p, first);
+            if (point->open) point->open = sm_search_next(s, p, first);
             open |= point->open;
         }
     }
@@ -143,19 +164,15 @@ static sm_status continue_from_rest(sm_search *s) {
 static sm_status solve(sm_search *s) {
     sm_march *m = s->march;
     const sm_modal_response *response = m->contact->response;
-    const double *at_start = response ? response->start : NULL;
+    const int has_start = response && response->start;
     sm_status status;
     if (m->law->by_halves(m, 1)) {
-        if (m->plain) {
-            start(s, at_start, 0);
-            return iterate(s, 1, 1.0);
-        }
         status = iterate_from_guesses(s);
         if (status != SM_OK || !any_open(s, 0.0)) return status;
         m->law->by_halves(m, 0);
     }
     status = iterate_from_guesses(s);
-    if (status == SM_OK && any_open(s, NEAR_SOLUTION) && !at_start) status = continue_from_rest(s);
+    if (status == SM_OK && any_open(s, NEAR_SOLUTION) && !has_start) status = continue_from_rest(s);
     for (int periods = 4; periods <= MOST_AVERAGED && status == SM_OK; periods *= 4)
         if (any_open(s, 0.0)) status = iterate(s, periods, 1.0);
     if (status != SM_OK || !any_open(s, 0.0)) return status;
@@ -182,23 +199,36 @@ static void begin_group(sm_search *s) {
     }
 }
 
-sm_status sm_torus_search(sm_march *m) {
-    const sm_modal_response *response = m->contact->response;
-    m->law->by_halves(m, 1);
-    sm_search s = {.march = m, .harmonics = sm_march_harmonics(m),
-                   .unknowns = sm_march_harmonics(m) + m->memory,
-                   .point = calloc(m->points, sizeof(sm_search_point))};
+/* Allocates the points and their arrays. */
+static sm_status allocate(sm_search *s) {
     sm_block block = {NULL, 0};
-    if (s.point) place(&s, &block);
-    sm_status status = s.point && sm_allocate(&block) ? SM_OK : SM_NO_MEMORY;
-    if (status == SM_OK) place(&s, &block);
-    for (; status == SM_OK && m->first < m->task->points->count; m->first += m->points) {
+    s->point = calloc(s->march->points, sizeof *s->point);
+    if (!s->point) return SM_NO_MEMORY;
+    place(s, &block);
+    if (!sm_allocate(&block)) return SM_NO_MEMORY;
+    s->memory = block.memory;
+    place(s, &block);
+    return SM_OK;
+}
+
+sm_status sm_torus_harmonics(const sm_contact *contact, const sm_discretisation *grid,
+                             const sm_torus_points *points, const sm_torus_motion *motion) {
+    const sm_torus_task task = {grid, points, motion};
+    SM_TRY(sm_torus_check_task(contact, &task));
+    sm_march m = {.contact = contact, .task = &task, .part = 1.0};
+    sm_status status = contact->law == SM_ELASTIC ? sm_elastic_make(&m) : sm_rigid_make(&m);
+    sm_search s = {.march = &m, .harmonics = sm_march_harmonics(&m)};
+    s.unknowns = s.harmonics + m.memory;
+    if (status == SM_OK) m.law->by_halves(&m, 1);
+    if (status == SM_OK) status = allocate(&s);
+    for (; status == SM_OK && m.first < points->count; m.first += m.points) {
         begin_group(&s);
-        status = solve(&s);
-        s.follows = m->contact->law == SM_ELASTIC && !any_open(&s, NEAR_SOLUTION)
-                    && !(response && response->start);
+        status = m.plain ? iterate_by_halves(&s) : solve(&s);
+        s.follows = contact->law == SM_ELASTIC && !any_open(&s, NEAR_SOLUTION)
+                    && !(contact->response && contact->response->start);
     }
-    free(block.memory);
+    free(s.memory);
     free(s.point);
+    m.law->release(&m);
     return status;
 }

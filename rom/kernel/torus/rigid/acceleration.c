@@ -8,7 +8,6 @@
 #include "base/cnumber.h"
 #include "torus/rigid/group.h"
 
-#define SMALLEST_RATIO 0.5 /* of successive changes; faster convergence needs no extrapolation */
 /* Smallest |1 - r|, and largest |r| - 1: nearer to 1 the change is multiplied by more than 50, and
  * the limit is ill-conditioned. */
 #define SMALLEST_GAP 0.02
@@ -61,7 +60,7 @@ static int extrapolate(const sm_torus_grid *grid, const sm_acceleration *a) {
         re = norm > 0.0 ? re / norm : 0.0;
         im = norm > 0.0 ? im / norm : 0.0;
         const double size2 = re * re + im * im, gap2 = (1.0 - re) * (1.0 - re) + im * im;
-        const int slow = size2 > SMALLEST_RATIO * SMALLEST_RATIO
+        const int slow = size2 > SM_SLOW_RATIO * SM_SLOW_RATIO
                          && size2 < (1.0 + SMALLEST_GAP) * (1.0 + SMALLEST_GAP)
                          && gap2 > SMALLEST_GAP * SMALLEST_GAP;
         const double f_re = slow ? (re * (1.0 - re) - im * im) / gap2 : 0.0;

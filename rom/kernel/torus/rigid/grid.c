@@ -73,30 +73,23 @@ static void place(sm_torus_grid *grid, sm_block *block) {
 
 sm_status sm_torus_grid_make(sm_torus_grid *grid, const sm_contact *contact,
                              const sm_discretisation *fine, size_t points) {
-    const int steps = fine->steps, lines = fine->lines, orders_count = fine->orders_count;
-    const int32_t *orders = fine->orders;
-    const double *rates = fine->rates;
-    const size_t n = (size_t)contact->contacts, count = (size_t)orders_count;
-    grid->contact = contact;
-    grid->steps = steps;
-    grid->lines = lines;
-    grid->lanes = points * (size_t)lines <= SM_FEW_LANES ? SM_FEW_LANES : SM_LANES;
-    grid->points_per_group = lines > grid->lanes ? 1 : grid->lanes / lines;
-    grid->orders_count = orders_count;
-    grid->per_point = count * n * 2;
-    grid->orders = orders;
-    grid->ratio = contact->modes == 2 ? rates[1] / rates[0] : 0.0;
+    const int lines = fine->lines;
+    const int lanes = points * (size_t)lines <= SM_FEW_LANES ? SM_FEW_LANES : SM_LANES;
+    const size_t n = (size_t)contact->contacts;
+    const double *H = contact->response ? contact->response->dynamic_stiffness : NULL;
+    *grid = (sm_torus_grid){
+        .contact = contact, .steps = fine->steps, .lines = lines, .lanes = lanes,
+        .points_per_group = lines > lanes ? 1 : lanes / lines, .orders_count = fine->orders_count,
+        .per_point = (size_t)fine->orders_count * n * 2, .orders = fine->orders,
+        .ratio = contact->modes == 2 ? fine->rates[1] / fine->rates[0] : 0.0,
+        .dynamic_stiffness = H};
     sm_block block = {NULL, 0};
     place(grid, &block);
     if (!sm_allocate(&block)) return SM_NO_MEMORY;
     grid->memory = block.memory;
     place(grid, &block);
-    grid->dynamic_stiffness = contact->response ? contact->response->dynamic_stiffness : NULL;
     fill_angles(grid);
-    for (int q = 0; q < orders_count && grid->dynamic_stiffness; q++)
-        grid->relaxation[q] =
-            relaxation_of(contact, grid->dynamic_stiffness + (size_t)q * n * n * 2);
-    return sm_stepper_set(&grid->stepper, contact, SM_TWO_PI / (rates[0] * steps));
+    for (int q = 0; q < grid->orders_count && H; q++)
+        grid->relaxation[q] = relaxation_of(contact, H + (size_t)q * n * n * 2);
+    return sm_stepper_set(&grid->stepper, contact, SM_TWO_PI / (fine->rates[0] * fine->steps));
 }
-
-void sm_torus_grid_release(sm_torus_grid *grid) { free(grid->memory); }

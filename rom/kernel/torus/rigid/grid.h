@@ -29,11 +29,9 @@ static inline double sm_stage_place(size_t stage) {
     return (double)(stage / 2) + (stage % 2 == 0 ? SM_FIRST_END : 1.0);
 }
 
-/* Allocates and computes a grid for a number of points. The caller releases it also after a
+/* Allocates and computes a grid for a number of points. The caller frees its memory, also after a
  * failure. */
 sm_status sm_torus_grid_make(sm_torus_grid *grid, const sm_contact *contact,
                              const sm_discretisation *fine, size_t points);
-/* Frees the arrays of a grid. */
-void sm_torus_grid_release(sm_torus_grid *grid);
 
 #endif

@@ -26,9 +26,7 @@ static void place(const sm_torus_grid *grid, sm_torus_group *g, sm_block *block)
         sm_lanes_place(&g->lanes[k], grid->contact->contacts, grid->lanes, block);
         block->taken = sm_whole_lines(block->taken);
     }
-    double **of_lanes[] = {&g->a, &g->b, &g->a_step, &g->b_step};
-    for (size_t k = 0; k < sizeof of_lanes / sizeof *of_lanes; k++)
-        *of_lanes[k] = sm_take(block, wide);
+    SM_TAKE_EACH(block, wide, &g->a, &g->b, &g->a_step, &g->b_step);
     g->phases = (sm_phases){.lines = (size_t)grid->lines, .wide = wide};
     sm_phases_place(&g->phases, (size_t)grid->orders_count, grid->orders, block);
     g->sums = sm_take(block, wide * grid->per_point);
@@ -36,18 +34,17 @@ static void place(const sm_torus_grid *grid, sm_torus_group *g, sm_block *block)
     g->squares = sm_take(block, wide * n);
     g->forcing = sm_take(block, 2 * SM_TOGETHER * row);
     g->displacement = sm_take(block, SM_TOGETHER * row);
-    g->Y = sm_take(block, harmonics);
-    g->response = sm_take(block, harmonics);
+    SM_TAKE_EACH(block, harmonics, &g->Y, &g->response);
     g->mean_square = sm_take(block, points * n);
     for (size_t p = 0; p < points; p++) {
-        const size_t size = sm_acceleration_size(n, (size_t)grid->lines);
-        g->acceleration[p].spectrum = sm_take(block, size);
-        g->acceleration[p].change = sm_take(block, size);
-        g->acceleration[p].fresh = sm_take(block, size);
+        sm_acceleration *a = &g->acceleration[p];
+        SM_TAKE_EACH(block, sm_acceleration_size(n, (size_t)grid->lines), &a->spectrum, &a->change,
+                     &a->fresh);
     }
 }
 
-sm_status sm_torus_group_make(sm_torus_group *g, const sm_torus_grid *grid) {
+/* Allocates a group. The caller releases it also after a failure. */
+static sm_status make_group(sm_torus_group *g, const sm_torus_grid *grid) {
     const size_t points = (size_t)grid->points_per_group;
     sm_block block = {NULL, 0};
     g->blocks = grid->lines > grid->lanes ? grid->lines / grid->lanes : 1;
@@ -59,12 +56,6 @@ sm_status sm_torus_group_make(sm_torus_group *g, const sm_torus_grid *grid) {
     g->memory = block.memory;
     place(grid, g, &block);
     return SM_OK;
-}
-
-void sm_torus_group_release(sm_torus_group *g) {
-    free(g->memory);
-    free(g->lanes);
-    free(g->acceleration);
 }
 
 /* ---- the march ------------------------------------------------------------------------- */
@@ -107,9 +98,11 @@ static int extrapolate(sm_march *m, size_t p, int wanted) {
 static void release(sm_march *m) {
     sm_rigid_lines *r = m->lines;
     if (!r) return;
-    sm_torus_group_release(&r->group);
-    sm_torus_grid_release(&r->coarse);
-    sm_torus_grid_release(&r->grid);
+    free(r->group.memory);
+    free(r->group.lanes);
+    free(r->group.acceleration);
+    free(r->coarse.memory);
+    free(r->grid.memory);
     free(r);
 }
 
@@ -125,7 +118,7 @@ sm_status sm_rigid_make(sm_march *m) {
         coarse.steps = fine->steps / COARSE_STEP / 2 * 2;
     sm_status status = sm_torus_grid_make(&r->grid, m->contact, fine, points);
     if (status == SM_OK) status = sm_torus_grid_make(&r->coarse, m->contact, &coarse, points);
-    if (status == SM_OK) status = sm_torus_group_make(&r->group, &r->grid);
+    if (status == SM_OK) status = make_group(&r->group, &r->grid);
     r->grid.stepper.tolerance = r->coarse.stepper.tolerance =
         fmin(fmax(STAGE_RESIDUAL * fine->tolerance, SM_SMOOTH_TOLERANCE), LARGEST_STAGE_RESIDUAL);
     m->points = (size_t)r->grid.points_per_group;

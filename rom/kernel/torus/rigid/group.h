@@ -46,11 +46,6 @@ typedef struct {
     int marched;                /* periods or half periods since the start */
 } sm_rigid_lines;
 
-/* Allocates a group. The caller releases it also after a failure. */
-sm_status sm_torus_group_make(sm_torus_group *group, const sm_torus_grid *grid);
-/* Frees the arrays of a group. */
-void sm_torus_group_release(sm_torus_group *group);
-
 /* Marches through a period or half a period of mode A under the response, on the coarse grid at
  * first: computes Y and the mean squares. After half a period Y has the harmonics of odd motion. */
 sm_status sm_rigid_period(sm_march *march);

@@ -100,27 +100,13 @@ SM_INLINE void add_harmonics(const int lanes, const sm_torus_grid *grid, int k,
     }
 }
 
-/* Adds the squares of the displacements. */
-SM_INLINE void add_squares(const int lanes, int contacts, const double *restrict x,
-                           double *restrict squares) {
-    for (int k = 0; k < contacts; k++) {
-        SM_SIMD
-        for (int l = 0; l < lanes; l++) squares[k * lanes + l] += x[k * lanes + l] * x[k * lanes + l];
-    }
-}
-
-/* Makes a stage with a literal number of contacts if there are few. */
-SM_INLINE sm_status make_stage(const int lanes, const sm_stepper *s, sm_lanes *m, int stage) {
-    if (s->contacts == 1) return sm_stage(1, lanes, s, m, stage);
-    if (s->contacts == 2) return sm_stage(2, lanes, s, m, stage);
-    return sm_stage(s->contacts, lanes, s, m, stage);
-}
-
-/* Marches a block of lanes through a number of steps: adds x exp(-i (n + m ratio) t_A) /
+/* Marches a block of `lanes` (a literal) through a number of steps: adds x exp(-i (n + m ratio) t_A) /
  * grid->steps to the sums of its lanes, and x^2 to their squares. */
 SM_INLINE sm_status march(const int lanes, const sm_torus_grid *grid, const sm_torus_group *g,
                           int block, int steps) {
-    const size_t row = (size_t)grid->contact->contacts * (size_t)lanes;
+    const sm_stepper *s = &grid->stepper;
+    const int n = s->contacts;
+    const size_t row = (size_t)n * (size_t)lanes;
     double *sums = g->sums + (size_t)block * (size_t)lanes * grid->per_point;
     double *squares = g->squares + (size_t)block * row;
     sm_lanes m = g->lanes[block];
@@ -130,11 +116,13 @@ SM_INLINE sm_status march(const int lanes, const sm_torus_grid *grid, const sm_t
         for (int step = 0; step < SM_TOGETHER && k + step < steps; step++) {
             for (int stage = 0; stage < 2; stage++) {
                 m.u = g->forcing + (size_t)(2 * step + stage) * row;
-                const sm_status status = make_stage(lanes, &grid->stepper, &m, stage);
-                if (status != SM_OK) return status;
+                SM_TRY(n == 1   ? sm_stage(1, lanes, s, &m, stage)
+                       : n == 2 ? sm_stage(2, lanes, s, &m, stage)
+                                : sm_stage(n, lanes, s, &m, stage));
             }
             memcpy(g->displacement + (size_t)step * row, m.x, row * sizeof(double));
-            add_squares(lanes, grid->contact->contacts, m.x, squares);
+            SM_SIMD
+            for (size_t i = 0; i < row; i++) squares[i] += m.x[i] * m.x[i];
         }
         add_harmonics(lanes, grid, k, g->displacement, sums);
     }
@@ -272,9 +260,8 @@ sm_status sm_rigid_period(sm_march *m) {
     memset(g->sums, 0, sizeof(double) * wide * grid->per_point);
     memset(g->squares, 0, sizeof(double) * wide * (size_t)grid->contact->contacts);
     for (int block = 0; block < g->blocks; block++) {
-        const sm_status status = grid->lanes == SM_FEW_LANES ? march_few(grid, g, block, steps)
-                                                             : march_many(grid, g, block, steps);
-        if (status != SM_OK) return status;
+        SM_TRY(grid->lanes == SM_FEW_LANES ? march_few(grid, g, block, steps)
+                                           : march_many(grid, g, block, steps));
     }
     compute_harmonics(grid, g, (double)grid->steps / steps / grid->lines);
     compute_mean_squares(grid, g, steps);

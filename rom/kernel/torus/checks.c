@@ -1,8 +1,5 @@
-/* Periodic contact motion on the torus, eqs. (13), (14), by characteristics; called by Python.
- *
- * Along t_B = t_B0 + (omega_B / omega_A) t_A, eq. (13) is an ordinary differential equation. Phase
- * lines with t_B0 = 2 pi p / lines are marched side by side until the motion repeats
- * (periodic/search.c). P_nm is the mean of x exp(-i (n t_A + m t_B)) over all steps and lines. */
+/* Checks of the arguments of sm_torus_harmonics (periodic/search.c) and sm_torus_growing (growth.c):
+ * contacts, discretisation of the torus, points of the amplitude plane and arrays of the results. */
 #include <string.h>
 
 #include "base/check.h"
@@ -32,17 +29,16 @@ static sm_status check_grid(int law, const sm_discretisation *grid) {
 static sm_status check_rates(int modes, const double *rates) {
     if (!rates) return SM_BAD_ARGUMENT;
     for (int j = 0; j < modes; j++) {
-        const sm_status status = sm_check_positive(rates[j]);
-        if (status != SM_OK) return status;
+        SM_TRY(sm_check_positive(rates[j]));
     }
     return modes == 1 || isfinite(rates[1] / rates[0] * SM_MOST) ? SM_OK : SM_NOT_FINITE;
 }
 
 sm_status sm_torus_check(const sm_contact *contact, const sm_discretisation *grid) {
-    sm_status status = sm_contact_check(contact);
-    if (status == SM_OK && (!grid || contact->contacts == 0)) return SM_BAD_ARGUMENT;
-    if (status == SM_OK) status = check_grid(contact->law, grid);
-    return status == SM_OK ? check_rates(contact->modes, grid->rates) : status;
+    SM_TRY(sm_contact_check(contact));
+    if (!grid || contact->contacts == 0) return SM_BAD_ARGUMENT;
+    SM_TRY(check_grid(contact->law, grid));
+    return check_rates(contact->modes, grid->rates);
 }
 
 sm_status sm_torus_check_points(const sm_contact *contact, size_t points, const double *values,
@@ -64,8 +60,7 @@ static int responds_to(const sm_modal_response *response, const sm_discretisatio
 static sm_status check_scales(const sm_contact *contact, const double *smallest_scale) {
     if (!smallest_scale) return SM_BAD_ARGUMENT;
     for (int j = 0; j < contact->modes; j++) {
-        const sm_status status = sm_check_not_negative(smallest_scale[j]);
-        if (status != SM_OK) return status;
+        SM_TRY(sm_check_not_negative(smallest_scale[j]));
     }
     return SM_OK;
 }
@@ -75,11 +70,10 @@ static sm_status check_points(const sm_torus_task *task, const sm_contact *conta
     const sm_torus_points *points = task->points;
     const sm_torus_motion *motion = task->motion;
     const int32_t orders_count = task->grid->orders_count;
-    const sm_status status =
-        sm_torus_check_points(contact, points->count, points->amplitudes, orders_count);
-    for (size_t k = 0; status == SM_OK && k < points->count * (size_t)contact->modes; k++)
+    SM_TRY(sm_torus_check_points(contact, points->count, points->amplitudes, orders_count));
+    for (size_t k = 0; k < points->count * (size_t)contact->modes; k++)
         if (points->amplitudes[k] < 0.0) return SM_BAD_ARGUMENT;
-    if (points->count == 0 || status != SM_OK) return status;
+    if (points->count == 0) return SM_OK;
     const sm_modal_response *response = contact->response;
     const size_t all = 2 * (size_t)contact->contacts * (size_t)orders_count * points->count;
     if (points->guess && !sm_all_finite(points->guess, all)) return SM_NOT_FINITE;
@@ -90,22 +84,13 @@ static sm_status check_points(const sm_torus_task *task, const sm_contact *conta
                ? SM_OK : SM_BAD_ARGUMENT;
 }
 
-sm_status sm_torus_harmonics(const sm_contact *contact, const sm_discretisation *fine,
-                             const sm_torus_points *points, const sm_torus_motion *motion) {
-    const sm_torus_task task = {fine, points, motion};
-    sm_status status = sm_torus_check(contact, fine);
-    if (status == SM_OK && (!points || !motion)) return SM_BAD_ARGUMENT;
-    if (status == SM_OK && contact->response && !responds_to(contact->response, fine))
-        return SM_BAD_ARGUMENT;
-    if (status == SM_OK) status = sm_check_not_negative(fine->tolerance);
-    if (status == SM_OK) status = check_scales(contact, fine->smallest_scale);
-    if (status == SM_OK) status = check_points(&task, contact);
-    if (status == SM_OK && (fine->max_periods < 1 || fine->max_periods > MAX_PERIODS))
-        status = SM_BAD_ARGUMENT;
-    if (status != SM_OK) return status;
-    sm_march march = {.contact = contact, .task = &task, .part = 1.0};
-    status = contact->law == SM_ELASTIC ? sm_elastic_make(&march) : sm_rigid_make(&march);
-    if (status == SM_OK) status = sm_torus_search(&march);
-    march.law->release(&march);
-    return status;
+sm_status sm_torus_check_task(const sm_contact *contact, const sm_torus_task *task) {
+    const sm_discretisation *grid = task->grid;
+    SM_TRY(sm_torus_check(contact, grid));
+    if (!task->points || !task->motion) return SM_BAD_ARGUMENT;
+    if (contact->response && !responds_to(contact->response, grid)) return SM_BAD_ARGUMENT;
+    SM_TRY(sm_check_not_negative(grid->tolerance));
+    SM_TRY(check_scales(contact, grid->smallest_scale));
+    SM_TRY(check_points(task, contact));
+    return grid->max_periods < 1 || grid->max_periods > MAX_PERIODS ? SM_BAD_ARGUMENT : SM_OK;
 }
