@@ -15,7 +15,7 @@ from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.progress import phases
 from slipmode.rom.reduction.interaction.mode_proposals import ContactModes, ModeProposal, Retention
 from slipmode.rom.short_repr import frozen
-from slipmode.rom.structure.held import Held, bonded, stuck
+from slipmode.rom.structure.held import Held, bonded, bonded_mode_count, stuck
 from slipmode.rom.structure.labels import DIRECTIONS
 from slipmode.rom.structure.matrices import as_dense
 from slipmode.rom.structure.structure import Structure
@@ -162,12 +162,10 @@ def modes(
         raise SlipmodeError(
             f"law: must be elastic; leave it out for rigid friction, got {in_one_line(law)}"
         )
-    elastic_dofs = structure.n_modes - structure.n_contacts
-    if law is not None and structure.massless_contacts.size:
-        elastic_dofs = 0  # not computed with bonded contacts
+    elastic_dofs = bonded_mode_count(structure)
     if law is None and elastic_dofs == 0:
         raise SlipmodeError(
-            f"contact: all {structure.n_modes} DOFs are contacts, so there is no mode with bonded "
+            f"contact: all {structure.n_contacts} DOFs are contacts, so there is no mode with bonded "
             "contacts; give an elastic law"
         )
     count = min(n, elastic_dofs if law is None else structure.n_modes)

@@ -28,7 +28,7 @@ from slipmode.rom.reduction.force_vector import force_vector
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.structure.held import Held, bonded, stuck
 from slipmode.rom.structure.matrices import Matrix, as_dense
-from slipmode.rom.structure.solvers.mass import mobility
+from slipmode.rom.structure.solvers.mass import contact_mass
 from slipmode.rom.structure.structure import Structure
 
 
@@ -189,7 +189,7 @@ def _loaded(structure: Structure, law: Friction | Elastic, f: Floats, highest: f
     static[:, contacts] += R
     inertia, scale = _quadratic(static, M), _quadratic(static, K)
     scale[contacts] += highest**2 * inertia[contacts]
-    inertia[contacts] -= np.diag(np.linalg.inv(mobility(M, structure.directions)))
+    inertia[contacts] -= np.diag(contact_mass(M, structure.massless, structure.directions))
     return _Loaded(held, static, inertia, scale)
 
 

@@ -17,11 +17,17 @@ from slipmode.rom.structure.solvers.lowest_modes import dense_modes
 from slipmode.rom.structure.structure import Structure
 
 _ROUNDING = 1e-12  # squared natural frequency that is rounding, relative to the largest
+# Frequency of motions without inertia, relative to the highest natural frequency. They follow
+# statically, by backward Euler, except for (frequency * step)^-2 of their motion.
+_STATIC = 1e6
 
 
 @frozen
 class ModalCoordinates:
-    """Coordinates q, x = shapes q, with unit mass and diagonal stiffness."""
+    """Coordinates q, x = shapes q, with unit mass and diagonal stiffness.
+
+    Motions without inertia are the last coordinates, with a very high frequency.
+    """
 
     shapes: Floats  # (n, m), mass-normalised modes with free contacts in columns [kg^-1/2]
     squares: Floats  # (m,), squared natural frequencies [rad^2/s^2]
@@ -33,9 +39,18 @@ class ModalCoordinates:
     def of(cls, structure: Structure) -> Self:
         """Return the modes of a structure, with diagonal damping if that is exact to rounding."""
         mass = as_dense(structure.mass)
-        squares, shapes = dense_modes(as_dense(structure.stiffness), mass)
+        K, Z = as_dense(structure.stiffness), as_dense(structure.massless)
+        squares, shapes = dense_modes(K, mass, structure.massless)
         rounding = _ROUNDING * squares.max()
         squares[(squares < 0) & (squares > -rounding)] = 0.0  # rigid-body modes
+        to_modal = shapes.T @ mass
+        if Z.shape[1]:
+            square = _STATIC**2 * float(squares.max())
+            sizes, mixed = scipy.linalg.eigh(Z.T @ K @ Z)
+            static = Z @ (mixed * np.sqrt(square / sizes))
+            squares = np.append(squares, np.full(sizes.size, square))
+            shapes = np.hstack((shapes, static))
+            to_modal = np.vstack((to_modal, static.T @ K / square))
         if structure.beta is not None:
             damping = structure.beta * squares
         else:
@@ -45,7 +60,7 @@ class ModalCoordinates:
             squares=squares,
             damping=damping,
             directions=kernel.contiguous(structure.directions.T @ shapes),
-            to_modal=shapes.T @ mass,
+            to_modal=to_modal,
         )
 
     def inverse(self, own: Floats | float) -> Floats:

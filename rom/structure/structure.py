@@ -10,23 +10,25 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from slipmode.rom.arrays import Flags, Floats, in_one_line
+from slipmode.rom.arrays import Floats, in_one_line
 from slipmode.rom.errors import SlipmodeError, naming
 from slipmode.rom.representable import SMALLEST
 from slipmode.rom.storage.files import as_path
 from slipmode.rom.structure.damping import Rayleigh
 from slipmode.rom.structure.files import read_matrices, write_npz
 from slipmode.rom.structure.labels import Labels
-from slipmode.rom.structure.matrices import Matrix, MatrixLike, as_csc, as_dense, as_symmetric
+from slipmode.rom.structure.matrices import (
+    Matrix,
+    MatrixLike,
+    Sparse,
+    as_csc,
+    as_dense,
+    as_symmetric,
+)
 from slipmode.rom.structure.partition import Partition, contact_directions
 from slipmode.rom.structure.solvers.factorisation import NotPositiveDefiniteError, factorise
-from slipmode.rom.structure.solvers.mass import (
-    is_positive_mass,
-    is_positive_semidefinite,
-    massless,
-)
+from slipmode.rom.structure.solvers.mass import is_positive_semidefinite, massless_motions
 
 
 @dataclass(frozen=True, init=False, eq=False, repr=False)
@@ -40,9 +42,8 @@ class Structure:
     Parameters
     ----------
     mass : (n, n) array or sparse matrix
-        Mass matrix M [kg], symmetric and positive definite. Rows of zeros are allowed: DOFs
-        without mass follow the other DOFs statically, which is exact. Contacts with rigid laws
-        cannot act on them.
+        Mass matrix M [kg], symmetric and positive semidefinite. Motions without inertia, such as
+        DOFs with rows of zeros, follow the others statically, which is exact.
     stiffness : (n, n) array or sparse matrix
         Stiffness matrix K [N/m] without the contacts, symmetric. Rigid-body modes are allowed.
         `rom.reduce` refuses rigid-body modes that remain with bonded contacts (Tanh, Coulomb).
@@ -69,13 +70,15 @@ class Structure:
         Contact directions W [-], dense or CSC like the other matrices.
     labels : Labels or None
         Node and direction of each DOF.
+    massless : (n, m) CSC array
+        Orthonormal basis Z [-] of the motions without inertia, M Z = 0.
 
     Raises
     ------
     SlipmodeError
         If a matrix has a wrong shape, is not symmetric, or is not finite. If the mass matrix is
-        not positive definite, or the damping matrix is not positive semidefinite. If a DOF without
-        mass has no stiffness, or other damping than alpha M + beta K.
+        or damping matrix is not positive semidefinite. If a motion without inertia has no
+        stiffness, or other damping than alpha M + beta K.
 
     Examples
     --------
@@ -90,6 +93,7 @@ class Structure:
     beta: float | None
     directions: Matrix
     labels: Labels | None
+    massless: Sparse
     _damping: Matrix | Rayleigh
 
     def __init__(
@@ -102,12 +106,14 @@ class Structure:
         labels: Labels | None = None,
     ) -> None:
         M = as_symmetric("mass", mass)
-        if not is_positive_mass(M):
+        Z = massless_motions(M)
+        if Z is None:
             raise SlipmodeError(
-                "mass: must be positive definite, except for DOFs without mass (rows of zeros)"
+                "mass: must be positive semidefinite, and not 0 (DOFs without mass have rows of "
+                "zeros)"
             )
-        light = massless(M)
-        if M.diagonal()[~light].min() < SMALLEST:
+        diagonal = M.diagonal()
+        if diagonal[diagonal > 0.0].min() < SMALLEST:
             raise SlipmodeError(
                 f"mass: every DOF needs at least {SMALLEST:g}, or none; use other units"
             )
@@ -116,8 +122,8 @@ class Structure:
         if labels is not None and labels.node.size != M.shape[0]:
             raise SlipmodeError(f"labels: must be {M.shape[0]}, got {labels.node.size}")
         W = contact_directions(contact, M.shape[0])
-        if light.any():
-            _check_massless(light, K, C)
+        if Z.shape[1]:
+            _check_massless(Z, K, C)
         is_dense = isinstance(M, np.ndarray) and isinstance(K, np.ndarray)
         store: Callable[[Matrix], Matrix] = _read_only if is_dense else as_csc
         _set(
@@ -127,6 +133,7 @@ class Structure:
             beta=C.beta if isinstance(C, Rayleigh) and C.alpha == 0.0 else None,
             directions=store(W),
             labels=labels,
+            massless=Z,
             _damping=C if isinstance(C, Rayleigh) else store(C),
         )
 
@@ -146,14 +153,8 @@ class Structure:
 
     @property
     def n_modes(self) -> int:
-        """Number of modes with free contacts: the DOFs that have mass."""
-        return self.n_dofs - int(np.count_nonzero(massless(self.mass)))
-
-    @property
-    def massless_contacts(self) -> NDArray[np.intp]:
-        """DOFs without mass on which contacts act, (m,) ndarray of int."""
-        loads: Any = abs(as_csc(self.directions)).sum(axis=1)
-        return np.flatnonzero(massless(self.mass) & (loads > 0.0))
+        """Number of modes with free contacts: DOFs less motions without inertia."""
+        return self.n_dofs - int(self.massless.shape[1])
 
     def with_forces(self, stiffness: Floats, damping: Floats) -> Structure:
         """Return the structure with additional linear forces -K_e x - C_e x'.
@@ -310,7 +311,7 @@ def load_structure(
             )
         empty = matrices.pop("empty", [])
         structure = Structure(**matrices)
-        touched = np.intersect1d(structure.massless_contacts, empty)
+        touched = np.intersect1d(as_csc(structure.directions).indices, empty)
         if touched.size:
             raise SlipmodeError(
                 f"contact: DOF {touched[0]} has neither mass nor stiffness; give another DOF"
@@ -393,37 +394,36 @@ def checked_damping(damping: float | Rayleigh | MatrixLike, size: int) -> Matrix
     return C
 
 
-def _check_massless(light: Flags, K: Matrix, C: Matrix | Rayleigh) -> None:
-    """Refuse DOFs without mass, `light` (n,), that do not follow the other DOFs statically.
+def _check_massless(Z: Sparse, K: Matrix, C: Matrix | Rayleigh) -> None:
+    """Refuse motions without inertia, Z (n, m), that do not follow the others statically.
 
-    Without forces, x_m = -K_mm^-1 K_ma x_a solves the rows m of the equation of motion if the
-    forces of C are 0 there for such motions, as with C = alpha M + beta K.
+    Without forces, x - Z (Z^T K Z)^-1 Z^T K x solves the equation of motion along Z if the forces
+    of C are 0 there for such motions, as with C = alpha M + beta K.
     """
-    dofs = np.flatnonzero(light)
-    empty = K.diagonal()[dofs] == 0.0
+    dof = as_csc(abs(Z)).argmax(axis=0)  # a unit motion, or the largest part of another motion
+    forces = as_csc(K @ Z)
+    empty = np.diff(forces.indptr) == 0
     if empty.any():
         raise SlipmodeError(
-            f"mass, stiffness: DOF {dofs[empty][0]} has neither mass nor stiffness; leave it out, "
+            f"mass, stiffness: DOF {dof[empty][0]} has neither mass nor stiffness; leave it out, "
             "or give it stiffness"
         )
-    rows: Any = K[dofs]
     try:
-        factors = factorise(rows[:, dofs])
+        factors = factorise(as_csc(Z.T @ forces))
     except NotPositiveDefiniteError:
         raise SlipmodeError(
-            f"stiffness: must be positive definite on the {dofs.size} DOFs without mass, or some "
+            f"stiffness: must be positive definite on the {dof.size} DOFs without mass, or some "
             "of them move without resistance; give them mass or stiffness"
         ) from None
     if isinstance(C, Rayleigh):
         return
-    motion = np.where(light, 0.0, np.random.default_rng(0).standard_normal(light.size))
-    motion[dofs] = factors.solve(-(rows @ motion))
-    damped: Any = C[dofs]
+    motion = np.random.default_rng(0).standard_normal(Z.shape[0])
+    motion -= Z @ factors.solve(forces.T @ motion)
     # Rounding of C = beta K is about 1e-16 of the terms of the sum
-    other = np.abs(damped @ motion) > 1e-9 * (abs(damped) @ np.abs(motion))
+    other = np.abs(Z.T @ (C @ motion)) > 1e-9 * (abs(Z).T @ (abs(C) @ np.abs(motion)))
     if other.any():
         raise SlipmodeError(
-            f"damping: DOF {dofs[other][0]} has no mass, and must have no damping but alpha M + "
+            f"damping: DOF {dof[other][0]} has no mass, and must have no damping but alpha M + "
             "beta K; give it mass, or use rom.Rayleigh"
         )
 
