@@ -140,7 +140,9 @@ def component_modes(
             break
         count = min(2 * count, most)
     found = int(good[0]) if modes is None and good.size else min(most, omega.size)
-    projection = Projection.on(structure, shapes[:, :found], loaded.static)
+    projection = Projection.on(
+        structure, shapes[:, :found], loaded.static, max(highest, float(omega[found - 1]))
+    )
     return ComponentModes(projection, omega[:found], float(errors[found]))
 
 

@@ -109,8 +109,8 @@ class Structure:
         Z = massless_motions(M)
         if Z is None:
             raise SlipmodeError(
-                "mass: must be positive semidefinite, and not 0 (DOFs without mass have rows of "
-                "zeros)"
+                "mass: must be positive definite, except for DOFs without mass (rows of zeros) "
+                "and other motions x with M x = 0"
             )
         diagonal = M.diagonal()
         if diagonal[diagonal > 0.0].min() < SMALLEST:
