@@ -165,7 +165,7 @@ def modes(
     elastic_dofs = bonded_mode_count(structure)
     if law is None and elastic_dofs == 0:
         raise SlipmodeError(
-            f"contact: all {structure.n_contacts} DOFs are contacts, so there is no mode with bonded "
+            f"contact: all {structure.n_modes} DOFs are contacts, so there is no mode with bonded "
             "contacts; give an elastic law"
         )
     count = min(n, elastic_dofs if law is None else structure.n_modes)

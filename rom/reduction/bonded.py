@@ -30,7 +30,7 @@ def reduce_bonded(
     n_elastic = bonded_mode_count(structure)
     if n_elastic == 0:
         raise SlipmodeError(
-            f"contact: all {structure.n_contacts} DOFs are contacts, so there is no mode with rigid "
+            f"contact: all {structure.n_modes} DOFs are contacts, so there is no mode with rigid "
             "friction (Tanh, Coulomb); use an elastic law, rom.reduce(..., law=law)"
         )
     if not all(0 <= mode < n_elastic for mode in modes):

@@ -418,9 +418,10 @@ def _check_massless(Z: Sparse, K: Matrix, C: Matrix | Rayleigh) -> None:
     if isinstance(C, Rayleigh):
         return
     motion = np.random.default_rng(0).standard_normal(Z.shape[0])
-    motion -= Z @ factors.solve(forces.T @ motion)
+    motion -= np.asarray(Z @ factors.solve(np.asarray(forces.T @ motion)))
     # Rounding of C = beta K is about 1e-16 of the terms of the sum
-    other = np.abs(Z.T @ (C @ motion)) > 1e-9 * (abs(Z).T @ (abs(C) @ np.abs(motion)))
+    along = np.asarray(Z.T @ (C @ motion))
+    other = np.abs(along) > 1e-9 * (abs(Z).T @ (abs(C) @ np.abs(motion)))
     if other.any():
         raise SlipmodeError(
             f"damping: DOF {dof[other][0]} has no mass, and must have no damping but alpha M + "

@@ -15,7 +15,6 @@ MASS = np.diag([1.0, 2.0, 1.5])
 STIFFNESS = 2.0 * np.eye(3) - np.eye(3, k=1) - np.eye(3, k=-1)
 FLOATING = np.array([[1.0, -1.0, 0.0], [-1.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
 K, M = beam(3)  # rotations without mass
-ROTATED = Structure(M, K, contact=[3])
 JENKINS = rom.Jenkins(1.0, 10.0)
 
 
@@ -32,11 +31,6 @@ def of_structure(**given):
 
 def of_beam(**given):
     return of_structure(**{"mass": M, "stiffness": K, "contact": [0]} | given)
-
-
-def integrated(structure, force):
-    excitation = full.Excitation.harmonic(structure, [force], [1.0])
-    return lambda: full.integrate(structure, JENKINS, excitation, 1.0)
 
 
 LOOSE, DAMPER = K.copy(), np.zeros((6, 6))
@@ -68,9 +62,6 @@ WITHOUT_MODEL = [
     (of_beam(stiffness=LOOSE), "stiffness: must be positive definite on the 3 DOFs without mass"),
     (of_beam(mass=changed(changed(M, 0, 1, 0.01), 1, 0, 0.01)),
      "mass: must be positive definite, except for DOFs without mass"),
-    (integrated(Structure(M, K, contact=[0]), {1: 1.0}), "excitation: DOF 1 has no mass"),
-    (integrated(ROTATED, {0: 1.0}), "contact: DOF 3 has no mass; at full order"),
-    (lambda: rom.modes(ROTATED), "contact: DOF 3 has no mass, which rigid"),
     (lambda: rom.reduce(Structure(M, K, contact=[0]), (3,), law=JENKINS), "modes: must be 0 to 2"),
     # Damping
     (lambda: Rayleigh(-0.1, 0.0), "damping: alpha must be a finite number >= 0"),
