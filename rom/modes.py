@@ -210,8 +210,12 @@ def modes(
 
 def _mode_set(structure: Structure, held: Held, count: int) -> ModeSet:
     frequency, shapes = held.modes(count)
-    damped = np.einsum("nk,nk->k", shapes, as_dense(structure.damping @ shapes))
-    ratio = np.divide(damped, 2 * frequency, out=np.zeros(count), where=frequency > 0)
+    damped = 0.5 * np.einsum("nk,nk->k", shapes, as_dense(structure.damping @ shapes))
+    vibrating = frequency > 0
+    ratio = np.divide(damped, frequency, out=np.zeros(count), where=vibrating)
+    if structure.loss is not None:
+        lost = 0.5 * np.einsum("nk,nk->k", shapes, as_dense(structure.loss @ shapes))
+        ratio += np.divide(lost, frequency**2, out=np.zeros(count), where=vibrating)
     contact = np.asarray(structure.directions.T @ shapes).T
     return ModeSet(frequency, ratio, shapes, contact, _effective_mass(structure, shapes))
 

@@ -24,8 +24,8 @@ from slipmode.rom.full.structures import Projection
 from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.laws.friction import Friction
 from slipmode.rom.reduction.force_response import Forces
-from slipmode.rom.reduction.force_vector import force_vector
 from slipmode.rom.short_repr import frozen
+from slipmode.rom.structure.force_vector import force_vector
 from slipmode.rom.structure.held import Held, bonded, stuck
 from slipmode.rom.structure.matrices import Matrix, as_dense
 from slipmode.rom.structure.solvers.mass import contact_mass

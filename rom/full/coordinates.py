@@ -36,8 +36,12 @@ class ModalCoordinates:
     to_modal: Floats  # (m, n), q = to_modal x
 
     @classmethod
-    def of(cls, structure: Structure) -> Self:
-        """Return the modes of a structure, with diagonal damping if that is exact to rounding."""
+    def of(cls, structure: Structure, carriers: Floats) -> Self:
+        """Return the modes of a structure, with diagonal damping if that is exact to rounding.
+
+        Structural damping K'' becomes K'' / nu, with the frequency nu nearest to the mode among
+        `carriers` (modes,) [rad/s].
+        """
         mass = as_dense(structure.mass)
         K, Z = as_dense(structure.stiffness), as_dense(structure.massless)
         squares, shapes = dense_modes(K, mass, structure.massless)
@@ -55,6 +59,11 @@ class ModalCoordinates:
             damping = structure.beta * squares
         else:
             damping = _diagonal_if_possible(shapes.T @ as_dense(structure.damping @ shapes))
+        if structure.loss is not None:
+            nu = np.sqrt(_nearest(np.sqrt(np.maximum(squares, 0.0)), carriers))
+            loss = shapes.T @ as_dense(structure.loss @ shapes) / np.outer(nu, nu)
+            damping = np.diag(damping) if damping.ndim == 1 else damping
+            damping = _diagonal_if_possible(damping + loss)
         return cls(
             shapes=shapes,
             squares=squares,
@@ -97,8 +106,7 @@ class ModalCoordinates:
         are the forcing frequencies [rad/s].
         """
         omega = np.sqrt(np.maximum(self.squares, 0.0))
-        distance = np.abs(np.log(np.maximum(omega, _ROUNDING)[:, np.newaxis] / carriers))
-        near = np.minimum(carriers[distance.argmin(axis=1)], 1.0 / step)
+        near = np.minimum(_nearest(omega, carriers), 1.0 / step)
         half = np.tan(0.5 * near * step) / near
         moves = omega * step <= 1.0
         return np.where(moves, half, step), np.where(moves, half, 0.0)
@@ -149,6 +157,12 @@ class ModalCoordinates:
             elastic=elastic,
             **{name: kernel.contiguous(array) for name, array in arrays.items()},
         )
+
+
+def _nearest(omega: Floats, carriers: Floats) -> Floats:
+    """Return the carrier nearest to each natural frequency, (m,) [rad/s]."""
+    distance = np.abs(np.log(np.maximum(omega, _ROUNDING)[:, np.newaxis] / carriers))
+    return np.asarray(carriers[distance.argmin(axis=1)])
 
 
 def _diagonal_if_possible(damping: Floats) -> Floats:

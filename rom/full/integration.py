@@ -138,7 +138,8 @@ class Integrator:
         else:
             limits(law, structure.n_contacts)  # refuses a wrong number of limits
         self._output = _output_rows(outputs, structure.n_dofs)
-        self._coordinates = ModalCoordinates.of(structure)
+        middle = np.exp(np.log(excitation.frequency).mean(axis=0))
+        self._coordinates = ModalCoordinates.of(structure, middle)
         self._inputs = excitation.inputs()
         self._steps_per_period = steps_per_period
         self._step = step

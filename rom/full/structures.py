@@ -12,6 +12,7 @@ from slipmode.rom.full.excitation import Excitation
 from slipmode.rom.full.motion import State
 from slipmode.rom.reduction.force_response import AppliedForces, Forces
 from slipmode.rom.reduction.reduced import Reduced
+from slipmode.rom.reduction.structural_damping import without_loss
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.structure.matrices import Matrix, as_dense, projection
 from slipmode.rom.structure.structure import Structure
@@ -58,7 +59,8 @@ class Projection:
 
         K_small = projected(K)
         W = basis.T @ as_dense(structure.directions)
-        small = Structure(np.diag(mass), K_small, contact=W)
+        loss = 0.0 if structure.loss is None else 1j * projected(structure.loss)
+        small = Structure(np.diag(mass), K_small + loss, contact=W)
         small = small.with_forces(np.zeros_like(K_small), projected(structure.damping))
         to_coordinates = as_dense(M @ basis).T
         if light.any():  # their part of the rest is K-orthogonal to the statically following one
@@ -92,6 +94,7 @@ class ReducedStructure:
         M, K and C on the shapes (Phi, X) of x = Phi q + X y are in its coupling. With elastic
         contacts K is K_s, with their springs, and X its static response to forces on them.
         """
+        reduced, loss = without_loss(reduced)
         omega = np.append(reduced.structural_frequency, reduced.nonresonant_frequency)
         spring, inertia, damper = reduced.coupling_parts
         structural = reduced.modal_damping - reduced.aerodynamic_damping
@@ -102,7 +105,8 @@ class ReducedStructure:
             mass = reduced.mass + reduced.carried_mass
             M = np.block([[np.eye(omega.size), inertia], [inertia.T, mass]])
             K = np.block([[np.diag(omega**2), spring], [spring.T, reduced.stiffness]])
-            structure = Structure(M, K, C, contact=list(range(omega.size, len(M))))
+            contacts = list(range(omega.size, len(M)))
+            structure = Structure(M, K + 1j * loss, C, contact=contacts)
             return cls(aeroelastic(structure, reduced, np.eye(len(M), len(reduced.modes))), shapes)
         # Shapes X' = X - Phi inertia are orthogonal to the modes in M and K_s
         stiffness = -reduced.stiffness - inertia.T @ (omega[:, np.newaxis] ** 2 * inertia)
@@ -117,8 +121,8 @@ class ReducedStructure:
         K -= (W * reduced.contacts.reference) @ W.T
         unit = np.eye(len(W))
         M = np.diag(np.append(np.ones(omega.size), np.where(light, 0.0, 1.0)))
-        structure = Structure(M, 0.5 * (K + K.T), contact=W)
-        C = T.T @ C @ T
+        K, C, loss = 0.5 * (K + K.T), T.T @ C @ T, T.T @ loss @ T
+        structure = Structure(M, K + 0.5j * (loss + loss.T), contact=W)
         structure = structure.with_forces(np.zeros_like(K), 0.5 * (C + C.T))
         structure = aeroelastic(structure, reduced, unit[:, : len(reduced.modes)])
         return cls(structure, shapes @ T)

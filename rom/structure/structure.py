@@ -15,7 +15,7 @@ from slipmode.rom.arrays import Floats, in_one_line
 from slipmode.rom.errors import SlipmodeError, naming
 from slipmode.rom.representable import SMALLEST
 from slipmode.rom.storage.files import as_path
-from slipmode.rom.structure.damping import Rayleigh
+from slipmode.rom.structure.damping import LossFactor, Rayleigh
 from slipmode.rom.structure.files import read_matrices, write_npz
 from slipmode.rom.structure.labels import Labels
 from slipmode.rom.structure.matrices import (
@@ -25,6 +25,7 @@ from slipmode.rom.structure.matrices import (
     as_csc,
     as_dense,
     as_symmetric,
+    real_and_imaginary,
 )
 from slipmode.rom.structure.partition import Partition, contact_directions
 from slipmode.rom.structure.solvers.factorisation import NotPositiveDefiniteError, factorise
@@ -45,12 +46,14 @@ class Structure:
         Mass matrix M [kg], symmetric and positive semidefinite. Motions without inertia, such as
         DOFs with rows of zeros, follow the others statically, which is exact.
     stiffness : (n, n) array or sparse matrix
-        Stiffness matrix K [N/m] without the contacts, symmetric. Rigid-body modes are allowed.
+        Stiffness matrix K [N/m] without the contacts, symmetric. The imaginary part of a complex
+        matrix is structural damping K''. Rigid-body modes are allowed.
         `rom.reduce` refuses rigid-body modes that remain with bonded contacts (Tanh, Coulomb).
         Rigid-body modes that remain with the springs of elastic contacts cannot be retained.
-    damping : float, Rayleigh, or (n, n) array or sparse matrix, default 0.0
+    damping : float, Rayleigh, LossFactor, or (n, n) array or sparse matrix, default 0.0
         A number is beta [s] of C = beta K. `Rayleigh` stands for C = alpha M + beta K. A matrix is
-        C [N s/m] itself, symmetric and positive semidefinite.
+        C [N s/m] itself, symmetric and positive semidefinite. `LossFactor` stands for structural
+        damping K'' = eta K.
     contact : sequence of int, or (n, N_c) array or sparse matrix
         Indices of the contact DOFs, or the matrix W [-] of contact directions, 1 <= N_c <= n.
         A column of W with entries +1 and -1 is the relative displacement of two nodes. No two
@@ -70,6 +73,10 @@ class Structure:
         Contact directions W [-], dense or CSC like the other matrices.
     labels : Labels or None
         Node and direction of each DOF.
+    loss : (n, n) matrix or None
+        Structural damping K'' [N/m]: the force i K'' x at each frequency. Reduced models and full
+        order have the equivalent viscous damping K'' / Omega at the carrier Omega, and at the
+        natural frequency for modes without a carrier.
     massless : (n, m) CSC array
         Orthonormal basis Z [-] of the motions without inertia, M Z = 0.
 
@@ -95,12 +102,13 @@ class Structure:
     labels: Labels | None
     massless: Sparse
     _damping: Matrix | Rayleigh
+    _loss: Matrix | LossFactor | None
 
     def __init__(
         self,
         mass: MatrixLike,
         stiffness: MatrixLike,
-        damping: float | Rayleigh | MatrixLike = 0.0,
+        damping: float | Rayleigh | LossFactor | MatrixLike = 0.0,
         *,
         contact: MatrixLike,
         labels: Labels | None = None,
@@ -117,8 +125,10 @@ class Structure:
             raise SlipmodeError(
                 f"mass: every DOF needs at least {SMALLEST:g}, or none; use other units"
             )
-        K = as_symmetric("stiffness", stiffness, M.shape[0])
-        C = checked_damping(damping, M.shape[0])
+        real, imaginary = real_and_imaginary(stiffness)
+        K = as_symmetric("stiffness", real, M.shape[0])
+        loss = _checked_loss(imaginary, damping, M.shape[0])
+        C = checked_damping(0.0 if isinstance(damping, LossFactor) else damping, M.shape[0])
         if labels is not None and labels.node.size != M.shape[0]:
             raise SlipmodeError(f"labels: must be {M.shape[0]}, got {labels.node.size}")
         W = contact_directions(contact, M.shape[0])
@@ -135,6 +145,7 @@ class Structure:
             labels=labels,
             massless=Z,
             _damping=C if isinstance(C, Rayleigh) else store(C),
+            _loss=loss if loss is None or isinstance(loss, LossFactor) else store(loss),
         )
 
     def __repr__(self) -> str:
@@ -177,6 +188,7 @@ class Structure:
             mass=_read_only(self.mass),
             stiffness=_read_only(as_dense(self.stiffness) + stiffness),
             _damping=_read_only(as_dense(self.damping) + damping),
+            _loss=None if self.loss is None else _read_only(self.loss),
             directions=_read_only(self.directions),
             beta=None,
         )
@@ -195,6 +207,14 @@ class Structure:
         if given.alpha:
             C = C + self.mass * given.alpha
         return _read_only(C) if isinstance(C, np.ndarray) else C
+
+    @property
+    def loss(self) -> Matrix | None:
+        """Structural damping K'' (n, n) [N/m]; that of `LossFactor` is computed at each access."""
+        if not isinstance(self._loss, LossFactor):
+            return self._loss
+        loss: Any = self.stiffness * self._loss.eta
+        return _read_only(loss) if isinstance(loss, np.ndarray) else loss
 
     def partition(self) -> Partition:
         """Return the matrices in elastic and contact coordinates, source Eq. (3).
@@ -221,9 +241,10 @@ class Structure:
         SlipmodeError
             If the name has another ending, or the file cannot be written.
         """
+        loss: Any = self.loss
         matrices: dict[str, Any] = {
             "mass": self.mass,
-            "stiffness": self.stiffness,
+            "stiffness": self.stiffness if loss is None else self.stiffness + 1j * loss,
             "damping": self.damping if self.beta is None else self.beta,
             "contact": self.directions,
         }
@@ -234,7 +255,7 @@ class Structure:
 
 def load_structure(
     path: str | PathLike[str],
-    damping: float | Rayleigh | MatrixLike | None = None,
+    damping: float | Rayleigh | LossFactor | MatrixLike | None = None,
     *,
     mass: str | PathLike[str] | None = None,
     contact: MatrixLike | Sequence[Sequence[Any]] | None = None,
@@ -259,8 +280,9 @@ def load_structure(
           or .npz, with variables such as K and M, also in structs (version 7.3 needs
           `slipmode[matlab]`); .op4 or .pch of Nastran with KGG, MGG, and so on; .full of Ansys
           (needs `slipmode[ansys]`).
-    damping : float, Rayleigh or (n, n) matrix, optional
-        Damping as of `Structure`. Default: the damping in the file, or none.
+    damping : float, Rayleigh, LossFactor or (n, n) matrix, optional
+        Damping as of `Structure`. Default: the damping in the file, or none. It includes
+        structural damping, by a complex stiffness or matrices such as K4GG of Nastran.
     mass : path, optional
         File of the mass matrix, if it is separate. For Abaqus (JOB_STIF1.mtx) and CalculiX (.sti)
         the default is the mass file of the job, JOB_MASS1.mtx or .mas.
@@ -382,16 +404,38 @@ def two_mass(
     return Structure(mass, stiffness, beta, contact=(2, 3))
 
 
-def checked_damping(damping: float | Rayleigh | MatrixLike, size: int) -> Matrix | Rayleigh:
+def checked_damping(
+    damping: float | Rayleigh | LossFactor | MatrixLike, size: int
+) -> Matrix | Rayleigh:
     """Return C, or how it follows from mass and stiffness."""
     if isinstance(damping, Rayleigh):
         return damping
+    if isinstance(damping, LossFactor):
+        raise SlipmodeError(
+            "damping: a loss factor is not for bladed disks; use rom.Rayleigh.from_loss_factor"
+        )
     if isinstance(damping, float | int | np.floating):
         return Rayleigh(0.0, float(damping))
     C = as_symmetric("damping", damping, size)
     if not is_positive_semidefinite(C, "damping"):
         raise SlipmodeError("damping: must be positive semidefinite (it must not add energy)")
     return C
+
+
+def _checked_loss(
+    imaginary: MatrixLike | None, damping: object, size: int
+) -> Matrix | LossFactor | None:
+    """Return the structural damping, of the imaginary part of the stiffness or a loss factor."""
+    if imaginary is None:
+        return damping if isinstance(damping, LossFactor) else None
+    if isinstance(damping, LossFactor):
+        raise SlipmodeError("damping: leave the loss factor out; the complex stiffness has one")
+    loss = as_symmetric("stiffness: the imaginary part", imaginary, size)
+    if not is_positive_semidefinite(loss, "stiffness"):
+        raise SlipmodeError(
+            "stiffness: the imaginary part must be positive semidefinite (it must not add energy)"
+        )
+    return loss
 
 
 def _check_massless(Z: Sparse, K: Matrix, C: Matrix | Rayleigh) -> None:

@@ -123,9 +123,19 @@ def _newton(missing, y: np.ndarray, size: float) -> np.ndarray:
     raise NotBalancedError(f"residual {np.abs(r).max() / size:.1e} of the forces")
 
 
-def balance(system: System, Omega: float, F: np.ndarray, harmonics: int = HARMONICS) -> np.ndarray:
-    """Return harmonics (H + 1, n) of the motion under Re(F exp(i Omega t)). NotBalancedError."""
+def balance(
+    system: System,
+    Omega: float,
+    F: np.ndarray,
+    harmonics: int = HARMONICS,
+    loss: np.ndarray | float = 0.0,
+) -> np.ndarray:
+    """Return harmonics (H + 1, n) of the motion under Re(F exp(i Omega t)). NotBalancedError.
+
+    `loss` is structural damping K'', which adds i K'' to the stiffness of each harmonic.
+    """
     S = _stiffnesses(system, Omega, np.array((harmonics + 1) * [system.C]))
+    S[1:] += 1j * loss
     X, force = np.zeros((2, harmonics + 1, len(F)), dtype=complex)
     force[1] = F
     X[1] = np.linalg.solve(S[1] + system.stuck() - system.K, F)

@@ -55,6 +55,9 @@ WITHOUT_MODEL = [
     (lambda: rom.Labels([7, 7], [1, 1]), "labels: node 7 has direction x twice"),
     (lambda: rom.Labels([1], ["z"]), "labels.direction: must be integers, 1 to 6 for x, y, z, rx"),
     (lambda: TWO.save("/absent/structure.npz"), "/absent/structure.npz: cannot be written"),
+    (of_structure(stiffness=(1 - 0.1j) * STIFFNESS), "stiffness: the imaginary part must be"),
+    (of_structure(stiffness=1.1j * STIFFNESS, damping=rom.LossFactor(0.1)), "damping: leave the"),
+    (lambda: rom.LossFactor(-0.1), "damping: eta must be a finite number >= 0"),
     # DOFs without mass
     (of_beam(damping=DAMPER), "damping: DOF 3 has no mass"),
     (of_beam(stiffness=changed(K, slice(None), 5, 0.0) * np.outer([1] * 5 + [0], [1] * 6)),
