@@ -35,6 +35,7 @@ from slipmode.rom.structure.solvers.lowest_modes import (
     lowest_modes,
     with_fixed_signs,
 )
+from slipmode.rom.structure.solvers.mass import contacts_moved
 from slipmode.rom.structure.structure import Structure
 
 # A mode is rigid if its strain energy is rounding, relative to the energies of single entries.
@@ -55,9 +56,10 @@ _kept: WeakKeyDictionary[Structure, tuple[bytes, Held]] = WeakKeyDictionary()
 def massless_when_bonded(structure: Structure) -> Sparse:
     """Return a basis (n, k) of the motions without inertia that leave the contacts at rest."""
     Z = structure.massless
-    reached = as_csc(structure.directions.T @ Z)
-    columns = np.diff(reached.indptr) > 0
-    at_rest = scipy.linalg.null_space(as_dense(reached[:, columns]), rcond=TOLERANCE)
+    moved, columns = contacts_moved(Z, structure.directions)
+    if not moved.size:
+        return Z
+    at_rest = scipy.linalg.null_space(moved, rcond=TOLERANCE)
     return as_csc(scipy.sparse.hstack((Z[:, ~columns], Z[:, columns] @ as_csc(at_rest))))
 
 

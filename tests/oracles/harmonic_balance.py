@@ -97,7 +97,8 @@ def _blocks(S: np.ndarray) -> np.ndarray:
 def _stiffnesses(system: System, omega: float, damping: np.ndarray) -> np.ndarray:
     """Return dynamic stiffnesses (H + 1, n, n) with a damping matrix of each harmonic."""
     h = np.arange(len(damping))[:, np.newaxis, np.newaxis]
-    return system.K - (h * omega) ** 2 * system.M + 1j * h * omega * damping
+    lossy = system.K + 1j * np.sign(h) * system.loss
+    return lossy - (h * omega) ** 2 * system.M + 1j * h * omega * damping
 
 
 def _equations(system: System, x: np.ndarray, S: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -123,19 +124,9 @@ def _newton(missing, y: np.ndarray, size: float) -> np.ndarray:
     raise NotBalancedError(f"residual {np.abs(r).max() / size:.1e} of the forces")
 
 
-def balance(
-    system: System,
-    Omega: float,
-    F: np.ndarray,
-    harmonics: int = HARMONICS,
-    loss: np.ndarray | float = 0.0,
-) -> np.ndarray:
-    """Return harmonics (H + 1, n) of the motion under Re(F exp(i Omega t)). NotBalancedError.
-
-    `loss` is structural damping K'', which adds i K'' to the stiffness of each harmonic.
-    """
+def balance(system: System, Omega: float, F: np.ndarray, harmonics: int = HARMONICS) -> np.ndarray:
+    """Return harmonics (H + 1, n) of the motion under Re(F exp(i Omega t)). NotBalancedError."""
     S = _stiffnesses(system, Omega, np.array((harmonics + 1) * [system.C]))
-    S[1:] += 1j * loss
     X, force = np.zeros((2, harmonics + 1, len(F)), dtype=complex)
     force[1] = F
     X[1] = np.linalg.solve(S[1] + system.stuck() - system.K, F)

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import scipy
 
-from slipmode.rom.arrays import Floats
+from slipmode.rom.arrays import Flags, Floats
 from slipmode.rom.structure.matrices import (
     BLOCK,
     TOLERANCE,
@@ -62,7 +62,7 @@ def massless_motions(mass: Matrix) -> Sparse | None:
         return None
     unit = scipy.sparse.eye_array(n, format="csc")
     found = [unit[:, zeros]]
-    rest: Any = mass[heavy][:, heavy]
+    rest: Any = mass[heavy][:, heavy] if zeros.size else mass
     if not _is_positive_mass(rest):
         _, group = scipy.sparse.csgraph.connected_components(as_csc(rest), directed=False)
         order = np.argsort(group, kind="stable")
@@ -118,6 +118,20 @@ def _is_positive_mass(mass: Matrix) -> bool:
     return bool(lowest[0] > TOLERANCE)
 
 
+def contacts_moved(massless: Sparse, directions: Matrix) -> tuple[Floats, Flags]:
+    """Return contact displacements (N_c, k) of the motions without inertia that have some.
+
+    Also return which of the motions (n, m) these are, (m,).
+    """
+    W = as_csc(directions)
+    moved = as_csc(W.T @ massless)
+    lengths = np.sqrt(as_csc(W.multiply(W)).sum(axis=0))
+    moved.data[np.abs(moved.data) <= TOLERANCE * lengths[moved.indices]] = 0.0  # rounding
+    moved.eliminate_zeros()
+    columns = np.diff(moved.indptr) > 0
+    return as_dense(moved[:, columns]), columns
+
+
 def contact_mass(mass: Matrix, massless: Sparse, directions: Matrix) -> Floats:
     """Return (W^T M^-1 W)^-1 (N_c, N_c) [kg]: impulse on the contacts per contact velocity.
 
@@ -128,10 +142,10 @@ def contact_mass(mass: Matrix, massless: Sparse, directions: Matrix) -> Floats:
     if massless.shape[1]:  # W^T Z = 0 in the directions below: mass along Z does not matter
         along: Any = mass.diagonal().max() * (massless @ massless.T)
         mass = mass + along.toarray() if isinstance(mass, np.ndarray) else as_csc(mass + along)
-    reached = as_csc(massless.T @ W)
-    if not reached.nnz:
+    moved, _ = contacts_moved(massless, directions)
+    if not moved.size:
         return np.asarray(scipy.linalg.inv(_mobility(mass, W)))
-    inertial = scipy.linalg.null_space(as_dense(reached[np.unique(reached.indices)]))
+    inertial = scipy.linalg.null_space(moved.T, rcond=TOLERANCE)
     if not inertial.shape[1]:
         return np.zeros((W.shape[1], W.shape[1]))
     inertia = scipy.linalg.inv(_mobility(mass, as_csc(W @ inertial)))

