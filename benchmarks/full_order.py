@@ -74,7 +74,8 @@ def one_mode_blade(dofs: int = 10_000, coordinates: int = 100) -> DenseCase:
 def by_newmark(case: DenseCase, steps: int, cycles: int = CYCLES) -> Callable[[], Floats]:
     """Prepare Newmark's run of a one-mode case; it returns displacements of the contacts."""
     assert isinstance(case.law, rom.Jenkins)
-    modes, (pattern,), (Omega,) = ModalCoordinates.of(case.structure), case.force, case.frequency
+    (pattern,), (Omega,) = case.force, case.frequency
+    modes = ModalCoordinates.of(case.structure, np.array([Omega]))
     step, samples, every = 2.0 * np.pi / Omega / steps, cycles * SAMPLES, steps // SAMPLES
     return partial(newmark, modes, case.law, pattern, Omega, step, samples, every)
 

@@ -93,6 +93,7 @@ from .slow.tone.tone_flow import ToneFlow as ToneFlow
 from .slow.tone.tone_states import tone_flow as tone_flow
 from .slow.trajectory import SlowTrajectory as SlowTrajectory
 from .slow.units import Units as Units
+from .structure.damping import LossFactor as LossFactor
 from .structure.damping import Rayleigh as Rayleigh
 from .structure.labels import Labels as Labels
 from .structure.pairing.contact_pairs import contact_pairs as contact_pairs

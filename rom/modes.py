@@ -15,7 +15,7 @@ from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.progress import phases
 from slipmode.rom.reduction.interaction.mode_proposals import ContactModes, ModeProposal, Retention
 from slipmode.rom.short_repr import frozen
-from slipmode.rom.structure.held import Held, bonded, stuck
+from slipmode.rom.structure.held import Held, bonded, bonded_mode_count, stuck
 from slipmode.rom.structure.labels import DIRECTIONS
 from slipmode.rom.structure.matrices import as_dense
 from slipmode.rom.structure.structure import Structure
@@ -162,9 +162,7 @@ def modes(
         raise SlipmodeError(
             f"law: must be elastic; leave it out for rigid friction, got {in_one_line(law)}"
         )
-    elastic_dofs = structure.n_modes - structure.n_contacts
-    if law is not None and structure.massless_contacts.size:
-        elastic_dofs = 0  # not computed with bonded contacts
+    elastic_dofs = bonded_mode_count(structure)
     if law is None and elastic_dofs == 0:
         raise SlipmodeError(
             f"contact: all {structure.n_modes} DOFs are contacts, so there is no mode with bonded "
@@ -212,8 +210,12 @@ def modes(
 
 def _mode_set(structure: Structure, held: Held, count: int) -> ModeSet:
     frequency, shapes = held.modes(count)
-    damped = np.einsum("nk,nk->k", shapes, as_dense(structure.damping @ shapes))
-    ratio = np.divide(damped, 2 * frequency, out=np.zeros(count), where=frequency > 0)
+    damped = 0.5 * np.einsum("nk,nk->k", shapes, as_dense(structure.damping @ shapes))
+    vibrating = frequency > 0
+    ratio = np.divide(damped, frequency, out=np.zeros(count), where=vibrating)
+    if structure.loss is not None:
+        lost = 0.5 * np.einsum("nk,nk->k", shapes, as_dense(structure.loss @ shapes))
+        ratio += np.divide(lost, frequency**2, out=np.zeros(count), where=vibrating)
     contact = np.asarray(structure.directions.T @ shapes).T
     return ModeSet(frequency, ratio, shapes, contact, _effective_mass(structure, shapes))
 

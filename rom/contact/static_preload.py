@@ -17,9 +17,9 @@ from slipmode.rom.laws.elements import FRICTIONAL, SLIDERS, Elements
 from slipmode.rom.laws.frictional_contact import FrictionalContact
 from slipmode.rom.laws.no_contacts import NoContacts
 from slipmode.rom.laws.states import OPEN, contact_states
-from slipmode.rom.reduction.force_vector import force_vector
 from slipmode.rom.representable import SMALLEST
 from slipmode.rom.short_repr import frozen, percentage
+from slipmode.rom.structure.force_vector import force_vector
 from slipmode.rom.structure.held import stuck as hold_stuck
 from slipmode.rom.structure.matrices import as_dense
 from slipmode.rom.structure.structure import Structure

@@ -104,6 +104,10 @@ class SectorMesh:
             raise SlipmodeError(
                 f"dofs: must have each of the {size} DOFs of the structure at one node"
             )
+        if structure.loss is not None:
+            raise SlipmodeError(
+                "structure: must have no structural damping; use rom.Rayleigh.from_loss_factor"
+            )
         R = self._rotation(sectors)
         left, right = self._pairs(R)
         # Displacements on the right in the directions of the next sector

@@ -24,11 +24,11 @@ from slipmode.rom.full.structures import Projection
 from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.laws.friction import Friction
 from slipmode.rom.reduction.force_response import Forces
-from slipmode.rom.reduction.force_vector import force_vector
 from slipmode.rom.short_repr import frozen
+from slipmode.rom.structure.force_vector import force_vector
 from slipmode.rom.structure.held import Held, bonded, stuck
 from slipmode.rom.structure.matrices import Matrix, as_dense
-from slipmode.rom.structure.solvers.mass import mobility
+from slipmode.rom.structure.solvers.mass import contact_mass
 from slipmode.rom.structure.structure import Structure
 
 
@@ -140,7 +140,9 @@ def component_modes(
             break
         count = min(2 * count, most)
     found = int(good[0]) if modes is None and good.size else min(most, omega.size)
-    projection = Projection.on(structure, shapes[:, :found], loaded.static)
+    projection = Projection.on(
+        structure, shapes[:, :found], loaded.static, max(highest, float(omega[found - 1]))
+    )
     return ComponentModes(projection, omega[:found], float(errors[found]))
 
 
@@ -189,7 +191,7 @@ def _loaded(structure: Structure, law: Friction | Elastic, f: Floats, highest: f
     static[:, contacts] += R
     inertia, scale = _quadratic(static, M), _quadratic(static, K)
     scale[contacts] += highest**2 * inertia[contacts]
-    inertia[contacts] -= np.diag(np.linalg.inv(mobility(M, structure.directions)))
+    inertia[contacts] -= np.diag(contact_mass(M, structure.massless, structure.directions))
     return _Loaded(held, static, inertia, scale)
 
 

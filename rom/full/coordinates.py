@@ -17,11 +17,17 @@ from slipmode.rom.structure.solvers.lowest_modes import dense_modes
 from slipmode.rom.structure.structure import Structure
 
 _ROUNDING = 1e-12  # squared natural frequency that is rounding, relative to the largest
+# Frequency of motions without inertia, relative to the highest natural frequency. They follow
+# statically, by backward Euler, except for (frequency * step)^-2 of their motion.
+_STATIC = 1e6
 
 
 @frozen
 class ModalCoordinates:
-    """Coordinates q, x = shapes q, with unit mass and diagonal stiffness."""
+    """Coordinates q, x = shapes q, with unit mass and diagonal stiffness.
+
+    Motions without inertia are the last coordinates, with a very high frequency.
+    """
 
     shapes: Floats  # (n, m), mass-normalised modes with free contacts in columns [kg^-1/2]
     squares: Floats  # (m,), squared natural frequencies [rad^2/s^2]
@@ -30,22 +36,40 @@ class ModalCoordinates:
     to_modal: Floats  # (m, n), q = to_modal x
 
     @classmethod
-    def of(cls, structure: Structure) -> Self:
-        """Return the modes of a structure, with diagonal damping if that is exact to rounding."""
+    def of(cls, structure: Structure, carriers: Floats) -> Self:
+        """Return the modes of a structure, with diagonal damping if that is exact to rounding.
+
+        Structural damping K'' becomes K'' / nu, with the frequency nu nearest to the mode among
+        `carriers` (modes,) [rad/s].
+        """
         mass = as_dense(structure.mass)
-        squares, shapes = dense_modes(as_dense(structure.stiffness), mass)
+        K, Z = as_dense(structure.stiffness), as_dense(structure.massless)
+        squares, shapes = dense_modes(K, mass, structure.massless)
         rounding = _ROUNDING * squares.max()
         squares[(squares < 0) & (squares > -rounding)] = 0.0  # rigid-body modes
+        to_modal = shapes.T @ mass
+        if Z.shape[1]:
+            square = _STATIC**2 * float(squares.max())
+            sizes, mixed = scipy.linalg.eigh(Z.T @ K @ Z)
+            static = Z @ (mixed * np.sqrt(square / sizes))
+            squares = np.append(squares, np.full(sizes.size, square))
+            shapes = np.hstack((shapes, static))
+            to_modal = np.vstack((to_modal, static.T @ K / square))
         if structure.beta is not None:
             damping = structure.beta * squares
         else:
             damping = _diagonal_if_possible(shapes.T @ as_dense(structure.damping @ shapes))
+        if structure.loss is not None:
+            nu = np.sqrt(_nearest(np.sqrt(np.maximum(squares, 0.0)), carriers))
+            loss = shapes.T @ as_dense(structure.loss @ shapes) / np.outer(nu, nu)
+            damping = np.diag(damping) if damping.ndim == 1 else damping
+            damping = _diagonal_if_possible(damping + loss)
         return cls(
             shapes=shapes,
             squares=squares,
             damping=damping,
             directions=kernel.contiguous(structure.directions.T @ shapes),
-            to_modal=shapes.T @ mass,
+            to_modal=to_modal,
         )
 
     def inverse(self, own: Floats | float) -> Floats:
@@ -82,8 +106,7 @@ class ModalCoordinates:
         are the forcing frequencies [rad/s].
         """
         omega = np.sqrt(np.maximum(self.squares, 0.0))
-        distance = np.abs(np.log(np.maximum(omega, _ROUNDING)[:, np.newaxis] / carriers))
-        near = np.minimum(carriers[distance.argmin(axis=1)], 1.0 / step)
+        near = np.minimum(_nearest(omega, carriers), 1.0 / step)
         half = np.tan(0.5 * near * step) / near
         moves = omega * step <= 1.0
         return np.where(moves, half, step), np.where(moves, half, 0.0)
@@ -134,6 +157,12 @@ class ModalCoordinates:
             elastic=elastic,
             **{name: kernel.contiguous(array) for name, array in arrays.items()},
         )
+
+
+def _nearest(omega: Floats, carriers: Floats) -> Floats:
+    """Return the carrier nearest to each natural frequency, (m,) [rad/s]."""
+    distance = np.abs(np.log(np.maximum(omega, _ROUNDING)[:, np.newaxis] / carriers))
+    return np.asarray(carriers[distance.argmin(axis=1)])
 
 
 def _diagonal_if_possible(damping: Floats) -> Floats:

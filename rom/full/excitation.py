@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike
 from slipmode.rom import kernel
 from slipmode.rom.arrays import Floats, as_floats
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.reduction.force_vector import force_vector
 from slipmode.rom.short_repr import frozen
+from slipmode.rom.structure.force_vector import force_vector
 from slipmode.rom.structure.structure import Structure
 
 

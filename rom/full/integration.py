@@ -16,7 +16,6 @@ from slipmode.rom.full.motion import FullMotion, State
 from slipmode.rom.full.time_steps import Run, Schedule, checked_times
 from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.laws.friction import Friction, limits
-from slipmode.rom.structure.solvers.mass import massless
 from slipmode.rom.structure.structure import Structure
 
 
@@ -123,13 +122,6 @@ class Integrator:
                 f"excitation: patterns must have {structure.n_dofs} columns, one per DOF, "
                 f"got {excitation.patterns.shape[1]}"
             )
-        loaded = np.flatnonzero(massless(structure.mass) & excitation.patterns.any(axis=0))
-        for name, dofs in (("excitation", loaded), ("contact", structure.massless_contacts)):
-            if dofs.size:
-                raise SlipmodeError(
-                    f"{name}: DOF {dofs[0]} has no mass; at full order forces and contacts must "
-                    "act on DOFs with mass"
-                )
         name, given = ("steps_per_period", steps_per_period) if step is None else ("step", step)
         if not (np.isfinite(given) and given > 0):
             raise SlipmodeError(f"{name}: must be a finite number > 0, got {given}")
@@ -146,7 +138,8 @@ class Integrator:
         else:
             limits(law, structure.n_contacts)  # refuses a wrong number of limits
         self._output = _output_rows(outputs, structure.n_dofs)
-        self._coordinates = ModalCoordinates.of(structure)
+        middle = np.exp(np.log(excitation.frequency).mean(axis=0))
+        self._coordinates = ModalCoordinates.of(structure, middle)
         self._inputs = excitation.inputs()
         self._steps_per_period = steps_per_period
         self._step = step
@@ -179,7 +172,7 @@ class Integrator:
         schedule = Schedule.plan(time, first.time, longest, self.excitation.start, refine)
         state = self._pack(first)
         samples, outputs = schedule.time.size, len(self._output)
-        n, contacts = self._structure.n_modes, self._structure.n_contacts
+        n, contacts = self._coordinates.squares.size, self._structure.n_contacts
         displacement, velocity = np.empty((2, samples, outputs))
         contact, dissipated = np.empty((samples, 3, contacts)), np.empty(samples)
         record = (displacement, velocity, contact, dissipated)
@@ -249,8 +242,8 @@ class Integrator:
         return limits(self._law, v_c.size) * (np.tanh(v_c / alpha) if alpha > 0 else np.sign(v_c))
 
     def _unpack(self, time: float, state: Floats) -> State:
-        n, contacts = self._structure.n_modes, self._structure.n_contacts
-        shapes = self._coordinates.shapes
+        contacts, shapes = self._structure.n_contacts, self._coordinates.shapes
+        n = shapes.shape[1]
         q, v, _, force, _, memory = np.split(state, np.cumsum([n, n, 2 * contacts, contacts, 1]))
         kept = None if self._elastic is None else memory.copy()
         return State(time, shapes @ q, shapes @ v, force.copy(), kept)

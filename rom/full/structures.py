@@ -7,11 +7,12 @@ from typing import Self
 
 import numpy as np
 
-from slipmode.rom.arrays import Floats
+from slipmode.rom.arrays import Flags, Floats
 from slipmode.rom.full.excitation import Excitation
 from slipmode.rom.full.motion import State
 from slipmode.rom.reduction.force_response import AppliedForces, Forces
 from slipmode.rom.reduction.reduced import Reduced
+from slipmode.rom.reduction.structural_damping import without_loss
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.structure.matrices import Matrix, as_dense, projection
 from slipmode.rom.structure.structure import Structure
@@ -21,8 +22,8 @@ from slipmode.rom.structure.structure import Structure
 class Projection:
     """A structure on the coordinates c of a basis, x = basis c."""
 
-    structure: Structure  # M = I, K, C, W of the coordinates
-    basis: Floats  # (n, coordinates), orthonormal in the mass of the structure [kg^-1/2]
+    structure: Structure  # M, K, C, W of the coordinates; M is 1 or, without inertia, 0
+    basis: Floats  # (n, coordinates) [kg^-1/2]
     to_coordinates: Floats  # (coordinates, n), c = to_coordinates x [kg^1/2]
 
     @classmethod
@@ -33,29 +34,41 @@ class Projection:
         """
         static = AppliedForces.of(reduced, patterns, structure).static
         others = np.hstack((reduced.contact_shapes, static))
-        return cls.on(structure, reduced.all_shapes, others)
+        return cls.on(structure, reduced.all_shapes, others, reduced.highest_frequency)
 
     @classmethod
-    def on(cls, structure: Structure, modes: Floats, others: Floats) -> Self:
-        """Project on M-orthonormal modes (n, k) and the independent parts of shapes (n, m)."""
-        M = structure.mass
-        inertia = as_dense(M @ others)
-        T = orthonormal(modes.T @ inertia, others.T @ inertia)
-        basis = np.hstack((modes, others)) @ T
-        gram = basis.T @ as_dense(M @ basis)  # I but for rounding
-        basis = np.linalg.solve(np.linalg.cholesky(gram), basis.T).T
+    def on(cls, structure: Structure, modes: Floats, others: Floats, highest: float) -> Self:
+        """Project on M-orthonormal modes (n, k) and the independent parts of shapes (n, m).
+
+        `highest` is the highest frequency of the modes [rad/s].
+        """
+        M, K = structure.mass, structure.stiffness
+        inertia = modes.T @ as_dense(M @ others)
+        rest = others - modes @ inertia
+        T, light = independent(projection(rest, M, rest), projection(rest, K, rest), highest)
+        basis = np.hstack((modes, rest @ T))
+        mass = np.ones(basis.shape[1])
+        mass[modes.shape[1] :][light] = 0.0
+        moving = mass > 0.0
+        gram = projection(basis[:, moving], M, basis[:, moving])  # I but for rounding
+        basis[:, moving] = np.linalg.solve(np.linalg.cholesky(gram), basis[:, moving].T).T
 
         def projected(matrix: Matrix) -> Floats:
             image = projection(basis, matrix, basis)
             return np.asarray(0.5 * (image + image.T))
 
-        small = Structure(
-            np.eye(basis.shape[1]),
-            projected(structure.stiffness),
-            projected(structure.damping),
-            contact=basis.T @ as_dense(structure.directions),
-        )
-        return cls(small, basis, as_dense(M @ basis).T)
+        K_small = projected(K)
+        W = basis.T @ as_dense(structure.directions)
+        loss = 0.0 if structure.loss is None else 1j * projected(structure.loss)
+        small = Structure(np.diag(mass), K_small + loss, contact=W)
+        small = small.with_forces(np.zeros_like(K_small), projected(structure.damping))
+        to_coordinates = as_dense(M @ basis).T
+        if light.any():  # their part of the rest is K-orthogonal to the statically following one
+            static = basis[:, ~moving].T
+            across = as_dense(K @ static.T).T
+            of_rest = across - K_small[~moving][:, moving] @ to_coordinates[moving]
+            to_coordinates[~moving] = np.linalg.solve(K_small[~moving][:, ~moving], of_rest)
+        return cls(small, basis, to_coordinates)
 
     def excitation(self, excitation: Excitation) -> Excitation:
         """Return an excitation of the structure on the coordinates."""
@@ -81,6 +94,7 @@ class ReducedStructure:
         M, K and C on the shapes (Phi, X) of x = Phi q + X y are in its coupling. With elastic
         contacts K is K_s, with their springs, and X its static response to forces on them.
         """
+        reduced, loss = without_loss(reduced)
         omega = np.append(reduced.structural_frequency, reduced.nonresonant_frequency)
         spring, inertia, damper = reduced.coupling_parts
         structural = reduced.modal_damping - reduced.aerodynamic_damping
@@ -91,33 +105,46 @@ class ReducedStructure:
             mass = reduced.mass + reduced.carried_mass
             M = np.block([[np.eye(omega.size), inertia], [inertia.T, mass]])
             K = np.block([[np.diag(omega**2), spring], [spring.T, reduced.stiffness]])
-            structure = Structure(M, K, C, contact=list(range(omega.size, len(M))))
+            contacts = list(range(omega.size, len(M)))
+            structure = Structure(M, K + 1j * loss, C, contact=contacts)
             return cls(aeroelastic(structure, reduced, np.eye(len(M), len(reduced.modes))), shapes)
+        # Shapes X' = X - Phi inertia are orthogonal to the modes in M and K_s
+        stiffness = -reduced.stiffness - inertia.T @ (omega[:, np.newaxis] ** 2 * inertia)
+        mass = reduced.carried_mass - inertia.T @ inertia
+        own, light = independent(mass, stiffness, reduced.highest_frequency)
+        T = np.block(
+            [[np.eye(omega.size), -inertia @ own], [np.zeros((len(own), omega.size)), own]]
+        )
         springs = omega[:, np.newaxis] ** 2 * inertia
-        K = np.block([[np.diag(omega**2), springs], [springs.T, -reduced.stiffness]])
-        basis = orthonormal(inertia, reduced.carried_mass)
-        W = basis.T @ np.vstack((springs - spring, -reduced.stiffness))
-        K, C = (basis.T @ matrix @ basis for matrix in (K, C))
+        K = T.T @ np.block([[np.diag(omega**2), springs], [springs.T, -reduced.stiffness]]) @ T
+        W = T.T @ np.vstack((springs - spring, -reduced.stiffness))
         K -= (W * reduced.contacts.reference) @ W.T
         unit = np.eye(len(W))
-        structure = Structure(unit, 0.5 * (K + K.T), 0.5 * (C + C.T), contact=W)
+        M = np.diag(np.append(np.ones(omega.size), np.where(light, 0.0, 1.0)))
+        K, C, loss = 0.5 * (K + K.T), T.T @ C @ T, T.T @ loss @ T
+        structure = Structure(M, K + 0.5j * (loss + loss.T), contact=W)
+        structure = structure.with_forces(np.zeros_like(K), 0.5 * (C + C.T))
         structure = aeroelastic(structure, reduced, unit[:, : len(reduced.modes)])
-        return cls(structure, shapes @ basis)
+        return cls(structure, shapes @ T)
 
 
-def orthonormal(inertia: Floats, mass: Floats) -> Floats:
-    """Return T (modes + shapes, coordinates) for which [Phi X] T is orthonormal in M.
+def independent(mass: Floats, stiffness: Floats, highest: float) -> tuple[Floats, Flags]:
+    """Return the independent parts T (m, k) of shapes, and which of them have no inertia (k,).
 
-    The first coordinates are the modes Phi, Phi^T M Phi = I, unchanged; the others are the
-    independent parts of the shapes X, beyond rounding. `inertia` is Phi^T M X, `mass` X^T M X.
+    `mass` and `stiffness` (m, m) are those of the shapes. Parts with inertia are orthonormal in
+    the mass. Parts whose frequency is above 1e5 times `highest` [rad/s] have none beyond rounding.
     """
-    modes, shapes = inertia.shape
-    scale = np.sqrt(np.maximum(np.diag(mass), np.finfo(float).tiny))
-    size, mixed = np.linalg.eigh((mass - inertia.T @ inertia) / np.outer(scale, scale))
+    both = stiffness + highest**2 * mass
+    scale = np.sqrt(np.maximum(np.diag(both), np.finfo(float).tiny))
+    size, mixed = np.linalg.eigh(both / np.outer(scale, scale))
     # Smaller independent parts of unit shapes are rounding
     own = size > 1e-10
-    others = mixed[:, own] / np.sqrt(size[own]) / scale[:, np.newaxis]
-    return np.block([[np.eye(modes), -inertia @ others], [np.zeros((shapes, modes)), others]])
+    T = mixed[:, own] / np.sqrt(size[own]) / scale[:, np.newaxis]
+    inertia, mixed = np.linalg.eigh(T.T @ mass @ T)
+    T = T @ mixed
+    light = highest**2 * inertia <= 1e-10
+    T[:, ~light] /= np.sqrt(inertia[~light])
+    return T, light
 
 
 def aeroelastic(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-import scipy
 
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.errors import SlipmodeError
@@ -15,9 +14,9 @@ from slipmode.rom.reduction.nonresonant import (
     without_rounding,
 )
 from slipmode.rom.reduction.reduced import Formulation, Reduced
-from slipmode.rom.structure.held import bonded
+from slipmode.rom.structure.held import bonded, bonded_mode_count
 from slipmode.rom.structure.matrices import as_dense, projection
-from slipmode.rom.structure.solvers.mass import is_positive_definite, mobility
+from slipmode.rom.structure.solvers.mass import contact_mass, is_positive_definite
 from slipmode.rom.structure.structure import Structure
 
 
@@ -28,7 +27,7 @@ def reduce_bonded(
     smallest_response: float,
 ) -> Reduced:
     """Return one or two modes with bonded contacts, and contacts with rigid friction."""
-    n_elastic = structure.n_modes - structure.n_contacts
+    n_elastic = bonded_mode_count(structure)
     if n_elastic == 0:
         raise SlipmodeError(
             f"contact: all {structure.n_modes} DOFs are contacts, so there is no mode with rigid "
@@ -92,7 +91,7 @@ def _reduce_consistent(found: StuckModes, constraint_modes: Floats) -> Reduced:
     nonresonant = np.ones(found.frequency.size, dtype=bool)
     nonresonant[retained] = False
     # A blow at the contacts moves this mass while nothing else has time to follow.
-    mass = symmetric(scipy.linalg.inv(mobility(M, found.structure.directions)))
+    mass = symmetric(contact_mass(M, found.structure.massless, found.structure.directions))
     follows = symmetric(projection(X, M, X))
     return Reduced(
         **found.arrays(X, nonresonant),

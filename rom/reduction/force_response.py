@@ -16,9 +16,9 @@ from numpy.typing import ArrayLike
 
 from slipmode.rom.arrays import Complexes, Floats, as_floats, in_one_line
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.reduction.force_vector import force_vectors
 from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.short_repr import frozen
+from slipmode.rom.structure.force_vector import force_vectors
 from slipmode.rom.structure.structure import Structure
 
 # One {DOF: amplitude} or (n,) array per mode: amplitudes [N], or a pattern, the force per unit of

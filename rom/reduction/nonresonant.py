@@ -111,6 +111,10 @@ def with_responding(
     kept = np.ones(force.size, dtype=bool)
     kept[dropped] = False
     every = np.append(np.ones(len(reduced.modes), dtype=bool), kept)
+    loss = reduced.loss
+    if loss is not None:
+        rows = np.append(every, np.ones(reduced.n_contacts, dtype=bool))
+        loss = loss[np.ix_(rows, rows)]
     few = replace(
         reduced,
         nonresonant_frequency=reduced.nonresonant_frequency[kept],
@@ -120,6 +124,7 @@ def with_responding(
         nonresonant_inertia=reduced.nonresonant_inertia[kept],
         nonresonant_damper=reduced.nonresonant_damper[kept],
         damping_coupling=reduced.damping_coupling[np.ix_(every, every)],
+        loss=loss,
     )
     return few, float(total[dropped.size - 1])
 

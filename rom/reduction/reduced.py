@@ -14,9 +14,10 @@ from numpy.typing import ArrayLike
 from slipmode.rom.arrays import Complexes, Floats, as_floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.elements import Elements
-from slipmode.rom.reduction.force_vector import force_vector
+from slipmode.rom.reduction.structural_damping import beside_equivalent, dampers_at
 from slipmode.rom.reduction.tones import modes_of_tones, names_on_tones
 from slipmode.rom.representable import LARGEST, SMALLEST
+from slipmode.rom.structure.force_vector import force_vector
 from slipmode.rom.structure.held import Held, bonded, stuck
 from slipmode.rom.structure.structure import Structure
 
@@ -70,8 +71,7 @@ class Reduced:
         Displacements X of the structure per unit contact displacement [-]: constraint modes, with
         residual flexibility in the consistent formulation.
     mass, damping, stiffness : (N_c, N_c) ndarray
-        Matrices of the contact problem [kg], [N s/m], [N/m]; the mass is (W^T M^-1 W)^-1. The
-        formulation "paper" has the stiffness alone.
+        Matrices of the contact problem [kg], [N s/m], [N/m]; the mass is (W^T M^-1 W)^-1.
     contact_motion : (modes, N_c) complex ndarray
         Contact displacement at the carrier of mode j per amplitude a_j [kg^-1/2], without
         friction; in a table without force patterns, at its largest amplitudes. By reciprocity it
@@ -86,24 +86,24 @@ class Reduced:
     nonresonant_shapes : (n, nonresonant) ndarray
         Mass-normalised shapes of the nonresonant modes [kg^-1/2].
     nonresonant_spring, nonresonant_inertia, nonresonant_damper : (nonresonant, N_c) ndarray
-        Coupling of the nonresonant modes to the contacts by springs [N/m kg^-1/2], by phi^T M X
-        [kg^1/2] and by phi^T C X [N s/m kg^-1/2].
+        Coupling to the contacts by springs [N/m kg^-1/2], phi^T M X and phi^T C X.
     damping_coupling : (modes + nonresonant, modes + nonresonant) ndarray
         Modal damping couplings phi_j^T C phi_k [1/s]; 0 on the diagonal.
     contacts : Elements or None
-        Elastic contacts, stuck in the modes. The contact problem is then the dual one, see
-        "Elastic contacts" in docs/theory.md. None: rigid contacts, bonded in the modes.
+        Elastic contacts, stuck in the modes, with the dual contact problem ("Elastic contacts" in
+        docs/theory.md). None: rigid contacts, bonded in the modes.
     force_patterns : (modes, n) ndarray or None
-        Distribution of the force on each mode [-], in any scale, whose quasi-static response the
-        contact problem includes.
+        Force on each mode [-], in any scale, whose quasi-static response is included.
     aerodynamics : (modes,) complex ndarray or None
-        Aerodynamic influence coefficients c_j [rad^2/s^2], as given to `rom.reduce`.
+        Aerodynamic influence coefficients c_j [rad^2/s^2].
+    loss : (modes + nonresonant + N_c, modes + nonresonant + N_c) ndarray or None
+        Structural damping K'' on all shapes, whose equivalent at the carriers the damping has.
     structure : Structure or None
         Structure that was reduced, for the static response of DOFs. It is not in files.
     tone_numbers : tuple of int
-        Tone of each mode if several modes share a tone; otherwise ().
+        Tone of each mode if several modes share a tone, otherwise ().
     ratio : float
-        Carrier of B relative to A if both are on one tone, see `rom.reduce`; otherwise 0.
+        Carrier of B relative to A if both are on one tone; otherwise 0.
     """
 
     formulation: Formulation
@@ -130,6 +130,7 @@ class Reduced:
     contacts: Elements | None = None
     force_patterns: Floats | None = None
     aerodynamics: Complexes | None = None
+    loss: Floats | None = None
     structure: Structure | None = None
     tone_numbers: tuple[int, ...] = ()
     ratio: float = 0.0
@@ -231,9 +232,8 @@ class Reduced:
         """
         nu = np.asarray(frequency, dtype=float)[..., np.newaxis, np.newaxis]
         at_rest, unit, free, dampers = self._modal_parts
-        return np.asarray(
-            at_rest - nu**2 * unit + (nu == 0.0) * free + 1j * nu * dampers, dtype=complex
-        )
+        inertia = nu**2 * unit - (nu == 0.0) * free
+        return np.asarray(at_rest - inertia + 1j * nu * dampers + beside_equivalent(self, nu)[0])
 
     @cached_property
     def _modal_parts(self) -> tuple[Floats, Floats, Floats, Floats]:
@@ -261,7 +261,8 @@ class Reduced:
         """
         nu = np.asarray(frequency, dtype=float)[..., np.newaxis, np.newaxis]
         springs, inertia, dampers = self.coupling_parts
-        return np.asarray(springs - nu**2 * inertia + 1j * nu * dampers, dtype=complex)
+        moved = springs - nu**2 * inertia + 1j * nu * dampers
+        return np.asarray(moved + beside_equivalent(self, nu)[1])
 
     @cached_property
     def coupling_parts(self) -> tuple[Floats, Floats, Floats]:
@@ -309,9 +310,7 @@ class Reduced:
         return self.response(self.carrier, force, np.eye(len(self.modes), dtype=bool))
 
     def reaction(self, frequency: ArrayLike, held: ArrayLike = False) -> Complexes:
-        """Return the reaction H(nu) of the modes to contact motion x_c exp(i nu t).
-
-        It is the force on the contacts by the modes that are not held and by `carried_mass`.
+        """Return the force H(nu) on contacts that move by x_c exp(i nu t), of modes and inertia.
 
         Parameters
         ----------
@@ -336,7 +335,9 @@ class Reduced:
         `frequency` (...) are frequencies nu [rad/s].
         """
         nu = np.asarray(frequency, dtype=float)[..., np.newaxis, np.newaxis]
-        dampers = 0.0 if self.contacts is None else 1j * nu * self.damping
+        dampers: Complexes | float = 0.0
+        if self.contacts is not None:
+            dampers = 1j * nu * self.damping + beside_equivalent(self, nu)[2]
         of_modes = self.nonresonant_inertia.T @ self.nonresonant_inertia
         # Modes that follow statically do so with their inertia below their own frequencies, which
         # are above all others. Beyond, the inertia would be far larger than their response.
@@ -427,7 +428,7 @@ class Reduced:
                 f"carrier: must be {self.frequency.size} numbers, {SMALLEST:g} to {LARGEST:g} "
                 f"[rad/s], got {carrier}"
             )
-        return replace(self, carrier=frequencies)
+        return replace(self, carrier=frequencies, **dampers_at(self, frequencies))
 
     def moving(self, contact_motion: Complexes) -> Self:
         """Return the model with another `contact_motion`, and its properties computed so far."""

@@ -18,6 +18,7 @@ from slipmode.rom.progress import phases
 from slipmode.rom.reduction.bonded import reduce_bonded
 from slipmode.rom.reduction.force_response import ForcePatterns, forces_on_modes
 from slipmode.rom.reduction.reduced import Formulation, Reduced
+from slipmode.rom.reduction.structural_damping import with_structural_damping
 from slipmode.rom.reduction.stuck import reduce_stuck
 from slipmode.rom.reduction.tones import (
     check_tones,
@@ -170,6 +171,7 @@ def reduce(
         warn(mode_frequency_findings(reduced.mode_names, reduced.frequency))
     if aerodynamics is not None:
         reduced = _aeroelastic(reduced, aerodynamics)
+    reduced = with_structural_damping(reduced, structure)
     if carrier is not None:
         reduced = reduced.at_carrier(carrier)
         check_table_carriers(reduced.frequency, reduced.carrier)

@@ -24,7 +24,7 @@ _PATTERNS = {
     "mass": (r"mass$", r"m([adfghjlnqtvx])\1", r"m|.*_m$|.*(?-i:[a-z]M)$"),
     "damping": (r"damping$", r"b([adfghjlnqtvx])\1", r"[bcd]"),
 }
-_STRUCTURAL_DAMPING = r"K4[A-Z]{2}"  # of Nastran, a stiffness times a loss factor
+_STRUCTURAL_DAMPING = r"k4([adfghjlnqtvx])\1"  # of Nastran, K'' = stiffness times loss factor
 _CONTACT = ("contact", "w")
 
 #: Asymmetry of a mass or stiffness matrix, relative to its largest entry, due to rounded exports.
@@ -36,7 +36,8 @@ def choose(
 ) -> dict[str, Any]:
     """Return the matrices of a file by "stiffness", "mass", "damping" and "contact".
 
-    The parts in `wanted` are looked for, and need not be there. Given `names` come first.
+    "loss" is structural damping beside a stiffness. The parts in `wanted` are looked for, and need
+    not be there, "loss" with "damping". Given `names` come first.
     Otherwise mass, stiffness and damping are square, of one size, and have a name that fits. If
     several fit, asymmetric matrices are left out. Refuses what is still ambiguous.
     """
@@ -44,9 +45,6 @@ def choose(
     square = {name: value for name, value in found.items() if _size(value)}
     if max(map(_size, square.values()), default=0) > 1:  # then numbers are not matrices
         square = {n: each for n, each in square.items() if _size(each) > 1 or _is_labelled(each)}
-    for name in square:
-        if re.match(_STRUCTURAL_DAMPING, name):
-            _log.warning("%s: %s is structural damping, and is left out", path, name)
     roles = [role for role in ("stiffness", "mass") if role in wanted and role not in names]
     options = [_fitting(role, square) for role in roles]
     _choose_together(chosen, roles, options, square, path)
@@ -58,6 +56,11 @@ def choose(
             raise _ambiguous("damping", dampers, square, path)
         if dampers:
             chosen["damping"] = square[dampers[0]]
+        losses = [n for n in same if re.match(_STRUCTURAL_DAMPING, _last(n), re.IGNORECASE)]
+        if len(losses) > 1:
+            raise _ambiguous("structural damping", losses, square, path)
+        if losses:
+            chosen["loss"] = square[losses[0]]
     if "contact" in wanted and "contact" not in chosen:
         contacts = [name for name in found if _last(name).lower() in _CONTACT]
         if contacts:

@@ -1,4 +1,4 @@
-"""Rayleigh damping, from two coefficients, damping ratios or a loss factor."""
+"""Rayleigh damping, from two coefficients, damping ratios or a loss factor; structural damping."""
 
 from __future__ import annotations
 
@@ -121,3 +121,35 @@ class Rayleigh:
             If the frequencies are equal or not positive, or the loss factor is negative.
         """
         return cls.from_ratios([0.5 * loss_factor] * np.size(frequency), frequency)
+
+
+@dataclass(frozen=True)
+class LossFactor:
+    """Describe structural (hysteretic) damping K (1 + i eta).
+
+    In steady states the damping is exact at the carrier. Other modes have the damping ratio
+    eta / 2 at their natural frequencies, see `Structure`.
+
+    Parameters
+    ----------
+    eta : float
+        Loss factor of the whole structure [-], >= 0. The contacts have none.
+
+    Raises
+    ------
+    SlipmodeError
+        If the loss factor is negative or not finite.
+
+    Examples
+    --------
+    >>> rom.Structure([[1.0]], [[4.0]], rom.LossFactor(0.02), contact=[0])
+    Structure(1 DOFs, 1 contacts, dense)
+    """
+
+    eta: float
+
+    def __post_init__(self) -> None:
+        if not (as_floats("damping: eta", self.eta) >= 0.0 and fits(self.eta)):
+            raise SlipmodeError(
+                f"damping: eta must be a finite number >= 0, {ALLOWED}, got {self.eta}"
+            )

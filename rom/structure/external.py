@@ -84,7 +84,7 @@ def _assembled(parts: dict[str, Named], path: Path) -> dict[str, Any]:
         name: _in_order(part, labels, size, f"{path}: {name}") for name, part in parts.items()
     }
     # Boundary conditions hold a DOF by a penalty of that stiffness [N/m] or more
-    free = np.flatnonzero(matrices["stiffness"].diagonal() < 1e30)
+    free = np.flatnonzero(matrices["stiffness"].diagonal().real < 1e30)
     if free.size < size:
         _log.warning(
             "%s: %d DOFs are fixed by boundary conditions and left out", path, size - free.size
@@ -93,6 +93,8 @@ def _assembled(parts: dict[str, Named], path: Path) -> dict[str, Any]:
         if labels is not None:
             labels = Labels(labels.node[free], labels.direction[free])
     empty = _hold_empty(matrices, path)
+    if "loss" in matrices:
+        matrices["stiffness"] = matrices["stiffness"] + 1j * matrices.pop("loss")
     found: dict[str, Any] = {
         name: _symmetrised(matrix, name, path) for name, matrix in matrices.items()
     }
@@ -140,7 +142,7 @@ def _in_order(part: Named, labels: Labels | None, size: int, key: str) -> Any:
     matrix: Any = part.matrix if scipy.sparse.issparse(part.matrix) else np.asarray(part.matrix)
     if matrix.ndim != 2 or matrix.shape[0] != matrix.shape[1]:
         raise SlipmodeError(f"{key}: must be square, got {matrix.shape}")
-    if matrix.dtype.kind not in "iuf":
+    if matrix.dtype.kind not in ("iufc" if key.endswith("stiffness") else "iuf"):
         raise SlipmodeError(f"{key}: must hold real numbers, got {matrix.dtype}")
     matrix = scipy.sparse.csc_array(matrix)
     if part.labels is None or labels is None:

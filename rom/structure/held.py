@@ -15,7 +15,14 @@ import scipy
 
 from slipmode.rom.arrays import Flags, Floats
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.structure.matrices import BLOCK, Matrix, as_csc, as_dense
+from slipmode.rom.structure.matrices import (
+    BLOCK,
+    TOLERANCE,
+    Matrix,
+    Sparse,
+    as_csc,
+    as_dense,
+)
 from slipmode.rom.structure.solvers.factorisation import (
     SMALL,
     Factorisation,
@@ -28,7 +35,7 @@ from slipmode.rom.structure.solvers.lowest_modes import (
     lowest_modes,
     with_fixed_signs,
 )
-from slipmode.rom.structure.solvers.mass import massless
+from slipmode.rom.structure.solvers.mass import contacts_moved
 from slipmode.rom.structure.structure import Structure
 
 # A mode is rigid if its strain energy is rounding, relative to the energies of single entries.
@@ -46,20 +53,29 @@ _INDEFINITE = "stiffness: must be positive semidefinite with stuck contacts"
 _kept: WeakKeyDictionary[Structure, tuple[bytes, Held]] = WeakKeyDictionary()
 
 
-def bonded(structure: Structure, *, may_float: bool = False) -> Held:
-    """Return the structure with contacts that do not move: W^T x = 0.
+def massless_when_bonded(structure: Structure) -> Sparse:
+    """Return a basis (n, k) of the motions without inertia that leave the contacts at rest."""
+    Z = structure.massless
+    moved, columns = contacts_moved(Z, structure.directions)
+    if not moved.size:
+        return Z
+    at_rest = scipy.linalg.null_space(moved, rcond=TOLERANCE)
+    return as_csc(scipy.sparse.hstack((Z[:, ~columns], Z[:, columns] @ as_csc(at_rest))))
 
-    Refuses contacts on DOFs without mass, whose velocity may jump.
-    """
-    if structure.massless_contacts.size:
-        raise SlipmodeError(
-            f"contact: DOF {structure.massless_contacts[0]} has no mass, which rigid friction "
-            "needs; give it mass, or use an elastic law (rom.Jenkins)"
-        )
+
+def bonded_mode_count(structure: Structure) -> int:
+    """Return the number of modes with bonded contacts."""
+    coordinates = structure.n_dofs - structure.n_contacts
+    return coordinates - int(massless_when_bonded(structure).shape[1])
+
+
+def bonded(structure: Structure, *, may_float: bool = False) -> Held:
+    """Return the structure with contacts that do not move: W^T x = 0."""
 
     def held() -> Held:
         parts = structure.partition()
-        return Held(parts.K_ee, structure.mass, parts.E, may_float=may_float)
+        massless = massless_when_bonded(structure)[parts.elastic_dofs]
+        return Held(parts.K_ee, structure.mass, massless, parts.E, may_float=may_float)
 
     return _kept_or(held, structure, b"floating" if may_float else b"")
 
@@ -76,7 +92,7 @@ def stuck(structure: Structure, reference: Floats) -> Held:
             stiffness: Matrix = K + (as_dense(W) * reference) @ as_dense(W).T
         else:
             stiffness = as_csc(K + W @ scipy.sparse.diags_array(reference) @ W.T)
-        return Held(stiffness, structure.mass, None, may_float=True)
+        return Held(stiffness, structure.mass, structure.massless, None, may_float=True)
 
     return _kept_or(held, structure, reference.tobytes())
 
@@ -92,29 +108,32 @@ def _kept_or(make: Callable[[], Held], structure: Structure, key: bytes) -> Held
 class Held:
     """A structure with held contacts in free coordinates y, x = basis y, or y = x without a basis.
 
-    The stiffness is (n_h, n_h), the mass (n, n). `may_float` allows rigid-body modes.
+    The stiffness is (n_h, n_h), the mass (n, n). `massless` (n_h, k) are the free coordinates of
+    motions without inertia. `may_float` allows rigid-body modes.
     """
 
     def __init__(
-        self, stiffness: Matrix, mass: Matrix, basis: Matrix | None, *, may_float: bool
+        self,
+        stiffness: Matrix,
+        mass: Matrix,
+        massless: Sparse,
+        basis: Matrix | None,
+        *,
+        may_float: bool,
     ) -> None:
         self._stiffness = stiffness
         self._mass = mass
+        self._massless = massless
         self._basis = basis
         self._may_float = may_float
-        # Free coordinates that move no mass
-        self._massless = massless(mass)
-        if basis is not None:
-            E: Any = basis
-            self._massless = np.asarray(abs(E[~self._massless]).sum(axis=0) == 0)
         self._squares, self._shapes = np.zeros(0), np.zeros((self.size, 0))  # known modes
         self._complete = 0.0  # all modes with omega below this are known
         self._factorised: tuple[Factorisation, float] | None = None
 
     @property
     def size(self) -> int:
-        """The number of modes: the free coordinates that move a mass."""
-        return int(np.count_nonzero(~self._massless))
+        """The number of modes: free coordinates less motions without inertia."""
+        return int(self._massless.shape[0] - self._massless.shape[1])
 
     def modes(
         self, at_least: int, at_most: int | None = None, reach: float = 0.0
@@ -196,7 +215,7 @@ class Held:
 
         Other modes do not converge with such factors.
         """
-        shape = np.random.default_rng(0).standard_normal((self._massless.size, 1))
+        shape = np.random.default_rng(0).standard_normal((self._massless.shape[0], 1))
         for _ in range(2):
             shape = factors.solve(self._inertia(shape))
             shape /= np.sqrt(np.vdot(shape, self._inertia(shape)))
@@ -245,7 +264,7 @@ class Held:
         squares, shapes = lowest_modes(
             solve,
             self._inertia,
-            self._massless.size,
+            self._massless.shape[0],
             max(at_least, 8) if self._may_float else at_least,
             lambda lifted: reach**2 * float(lifted[at_least - 1] - shift) + shift,
             min(at_most, self.size),
@@ -253,9 +272,9 @@ class Held:
         return squares - shift, shapes
 
     def _dense(self, count: int) -> tuple[Floats, Floats]:
-        inertia = self._inertia(np.eye(self._massless.size))
+        inertia = self._inertia(np.eye(self._massless.shape[0]))
         mass = 0.5 * (inertia + inertia.T)
-        squares, shapes = dense_modes(as_dense(self._stiffness), mass, count)
+        squares, shapes = dense_modes(as_dense(self._stiffness), mass, self._massless, count)
         return squares, with_fixed_signs(shapes)
 
     def _is_rigid(self, squares: Floats, shapes: Floats) -> Flags:

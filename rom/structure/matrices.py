@@ -45,6 +45,17 @@ def as_matrix(name: str, value: MatrixLike) -> Matrix:
     return matrix
 
 
+def real_and_imaginary(value: MatrixLike) -> tuple[Any, Any]:
+    """Return the parts of a matrix; the imaginary one is None if it is 0 or the matrix is real."""
+    try:
+        given: Any = value if scipy.sparse.issparse(value) else np.asarray(value)
+    except ValueError:  # refused where the value is checked
+        return value, None
+    if given.dtype.kind != "c":
+        return value, None
+    return given.real, given.imag if abs(given.imag).max() > 0.0 else None
+
+
 def as_symmetric(name: str, value: MatrixLike, size: int | None = None) -> Matrix:
     """Copy a symmetric matrix of shape (size, size); any size if it is None."""
     matrix = as_matrix(name, value)

@@ -10,23 +10,26 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from slipmode.rom.arrays import Flags, Floats, in_one_line
+from slipmode.rom.arrays import Floats, in_one_line
 from slipmode.rom.errors import SlipmodeError, naming
 from slipmode.rom.representable import SMALLEST
 from slipmode.rom.storage.files import as_path
-from slipmode.rom.structure.damping import Rayleigh
+from slipmode.rom.structure.damping import LossFactor, Rayleigh
 from slipmode.rom.structure.files import read_matrices, write_npz
 from slipmode.rom.structure.labels import Labels
-from slipmode.rom.structure.matrices import Matrix, MatrixLike, as_csc, as_dense, as_symmetric
+from slipmode.rom.structure.matrices import (
+    Matrix,
+    MatrixLike,
+    Sparse,
+    as_csc,
+    as_dense,
+    as_symmetric,
+    real_and_imaginary,
+)
 from slipmode.rom.structure.partition import Partition, contact_directions
 from slipmode.rom.structure.solvers.factorisation import NotPositiveDefiniteError, factorise
-from slipmode.rom.structure.solvers.mass import (
-    is_positive_mass,
-    is_positive_semidefinite,
-    massless,
-)
+from slipmode.rom.structure.solvers.mass import is_positive_semidefinite, massless_motions
 
 
 @dataclass(frozen=True, init=False, eq=False, repr=False)
@@ -40,16 +43,17 @@ class Structure:
     Parameters
     ----------
     mass : (n, n) array or sparse matrix
-        Mass matrix M [kg], symmetric and positive definite. Rows of zeros are allowed: DOFs
-        without mass follow the other DOFs statically, which is exact. Contacts with rigid laws
-        cannot act on them.
+        Mass matrix M [kg], symmetric and positive semidefinite. Motions without inertia, such as
+        DOFs with rows of zeros, follow the others statically, which is exact.
     stiffness : (n, n) array or sparse matrix
-        Stiffness matrix K [N/m] without the contacts, symmetric. Rigid-body modes are allowed.
+        Stiffness matrix K [N/m] without the contacts, symmetric. The imaginary part of a complex
+        matrix is structural damping K''. Rigid-body modes are allowed.
         `rom.reduce` refuses rigid-body modes that remain with bonded contacts (Tanh, Coulomb).
         Rigid-body modes that remain with the springs of elastic contacts cannot be retained.
-    damping : float, Rayleigh, or (n, n) array or sparse matrix, default 0.0
+    damping : float, Rayleigh, LossFactor, or (n, n) array or sparse matrix, default 0.0
         A number is beta [s] of C = beta K. `Rayleigh` stands for C = alpha M + beta K. A matrix is
-        C [N s/m] itself, symmetric and positive semidefinite.
+        C [N s/m] itself, symmetric and positive semidefinite. `LossFactor` stands for structural
+        damping K'' = eta K.
     contact : sequence of int, or (n, N_c) array or sparse matrix
         Indices of the contact DOFs, or the matrix W [-] of contact directions, 1 <= N_c <= n.
         A column of W with entries +1 and -1 is the relative displacement of two nodes. No two
@@ -69,13 +73,19 @@ class Structure:
         Contact directions W [-], dense or CSC like the other matrices.
     labels : Labels or None
         Node and direction of each DOF.
+    loss : (n, n) matrix or None
+        Structural damping K'' [N/m]: the force i K'' x at each frequency. Reduced models and full
+        order have the equivalent viscous damping K'' / Omega at the carrier Omega, and at the
+        natural frequency for modes without a carrier.
+    massless : (n, m) CSC array
+        Orthonormal basis Z [-] of the motions without inertia, M Z = 0.
 
     Raises
     ------
     SlipmodeError
         If a matrix has a wrong shape, is not symmetric, or is not finite. If the mass matrix is
-        not positive definite, or the damping matrix is not positive semidefinite. If a DOF without
-        mass has no stiffness, or other damping than alpha M + beta K.
+        or damping matrix is not positive semidefinite. If a motion without inertia has no
+        stiffness, or other damping than alpha M + beta K.
 
     Examples
     --------
@@ -90,34 +100,40 @@ class Structure:
     beta: float | None
     directions: Matrix
     labels: Labels | None
+    massless: Sparse
     _damping: Matrix | Rayleigh
+    _loss: Matrix | LossFactor | None
 
     def __init__(
         self,
         mass: MatrixLike,
         stiffness: MatrixLike,
-        damping: float | Rayleigh | MatrixLike = 0.0,
+        damping: float | Rayleigh | LossFactor | MatrixLike = 0.0,
         *,
         contact: MatrixLike,
         labels: Labels | None = None,
     ) -> None:
         M = as_symmetric("mass", mass)
-        if not is_positive_mass(M):
+        Z = massless_motions(M)
+        if Z is None:
             raise SlipmodeError(
-                "mass: must be positive definite, except for DOFs without mass (rows of zeros)"
+                "mass: must be positive definite, except for DOFs without mass (rows of zeros) "
+                "and other motions x with M x = 0"
             )
-        light = massless(M)
-        if M.diagonal()[~light].min() < SMALLEST:
+        diagonal = M.diagonal()
+        if diagonal[diagonal > 0.0].min() < SMALLEST:
             raise SlipmodeError(
                 f"mass: every DOF needs at least {SMALLEST:g}, or none; use other units"
             )
-        K = as_symmetric("stiffness", stiffness, M.shape[0])
-        C = checked_damping(damping, M.shape[0])
+        real, imaginary = real_and_imaginary(stiffness)
+        K = as_symmetric("stiffness", real, M.shape[0])
+        loss = _checked_loss(imaginary, damping, M.shape[0])
+        C = checked_damping(0.0 if isinstance(damping, LossFactor) else damping, M.shape[0])
         if labels is not None and labels.node.size != M.shape[0]:
             raise SlipmodeError(f"labels: must be {M.shape[0]}, got {labels.node.size}")
         W = contact_directions(contact, M.shape[0])
-        if light.any():
-            _check_massless(light, K, C)
+        if Z.shape[1]:
+            _check_massless(Z, K, C)
         is_dense = isinstance(M, np.ndarray) and isinstance(K, np.ndarray)
         store: Callable[[Matrix], Matrix] = _read_only if is_dense else as_csc
         _set(
@@ -127,7 +143,9 @@ class Structure:
             beta=C.beta if isinstance(C, Rayleigh) and C.alpha == 0.0 else None,
             directions=store(W),
             labels=labels,
+            massless=Z,
             _damping=C if isinstance(C, Rayleigh) else store(C),
+            _loss=loss if loss is None or isinstance(loss, LossFactor) else store(loss),
         )
 
     def __repr__(self) -> str:
@@ -146,14 +164,8 @@ class Structure:
 
     @property
     def n_modes(self) -> int:
-        """Number of modes with free contacts: the DOFs that have mass."""
-        return self.n_dofs - int(np.count_nonzero(massless(self.mass)))
-
-    @property
-    def massless_contacts(self) -> NDArray[np.intp]:
-        """DOFs without mass on which contacts act, (m,) ndarray of int."""
-        loads: Any = abs(as_csc(self.directions)).sum(axis=1)
-        return np.flatnonzero(massless(self.mass) & (loads > 0.0))
+        """Number of modes with free contacts: DOFs less motions without inertia."""
+        return self.n_dofs - int(self.massless.shape[1])
 
     def with_forces(self, stiffness: Floats, damping: Floats) -> Structure:
         """Return the structure with additional linear forces -K_e x - C_e x'.
@@ -176,6 +188,7 @@ class Structure:
             mass=_read_only(self.mass),
             stiffness=_read_only(as_dense(self.stiffness) + stiffness),
             _damping=_read_only(as_dense(self.damping) + damping),
+            _loss=None if self.loss is None else _read_only(self.loss),
             directions=_read_only(self.directions),
             beta=None,
         )
@@ -194,6 +207,14 @@ class Structure:
         if given.alpha:
             C = C + self.mass * given.alpha
         return _read_only(C) if isinstance(C, np.ndarray) else C
+
+    @property
+    def loss(self) -> Matrix | None:
+        """Structural damping K'' (n, n) [N/m]; that of `LossFactor` is computed at each access."""
+        if not isinstance(self._loss, LossFactor):
+            return self._loss
+        loss: Any = self.stiffness * self._loss.eta
+        return _read_only(loss) if isinstance(loss, np.ndarray) else loss
 
     def partition(self) -> Partition:
         """Return the matrices in elastic and contact coordinates, source Eq. (3).
@@ -220,9 +241,10 @@ class Structure:
         SlipmodeError
             If the name has another ending, or the file cannot be written.
         """
+        loss: Any = self.loss
         matrices: dict[str, Any] = {
             "mass": self.mass,
-            "stiffness": self.stiffness,
+            "stiffness": self.stiffness if loss is None else self.stiffness + 1j * loss,
             "damping": self.damping if self.beta is None else self.beta,
             "contact": self.directions,
         }
@@ -233,7 +255,7 @@ class Structure:
 
 def load_structure(
     path: str | PathLike[str],
-    damping: float | Rayleigh | MatrixLike | None = None,
+    damping: float | Rayleigh | LossFactor | MatrixLike | None = None,
     *,
     mass: str | PathLike[str] | None = None,
     contact: MatrixLike | Sequence[Sequence[Any]] | None = None,
@@ -258,8 +280,9 @@ def load_structure(
           or .npz, with variables such as K and M, also in structs (version 7.3 needs
           `slipmode[matlab]`); .op4 or .pch of Nastran with KGG, MGG, and so on; .full of Ansys
           (needs `slipmode[ansys]`).
-    damping : float, Rayleigh or (n, n) matrix, optional
-        Damping as of `Structure`. Default: the damping in the file, or none.
+    damping : float, Rayleigh, LossFactor or (n, n) matrix, optional
+        Damping as of `Structure`. Default: the damping in the file, or none. It includes
+        structural damping, by a complex stiffness or matrices such as K4GG of Nastran.
     mass : path, optional
         File of the mass matrix, if it is separate. For Abaqus (JOB_STIF1.mtx) and CalculiX (.sti)
         the default is the mass file of the job, JOB_MASS1.mtx or .mas.
@@ -310,7 +333,7 @@ def load_structure(
             )
         empty = matrices.pop("empty", [])
         structure = Structure(**matrices)
-        touched = np.intersect1d(structure.massless_contacts, empty)
+        touched = np.intersect1d(as_csc(structure.directions).indices, empty)
         if touched.size:
             raise SlipmodeError(
                 f"contact: DOF {touched[0]} has neither mass nor stiffness; give another DOF"
@@ -381,10 +404,16 @@ def two_mass(
     return Structure(mass, stiffness, beta, contact=(2, 3))
 
 
-def checked_damping(damping: float | Rayleigh | MatrixLike, size: int) -> Matrix | Rayleigh:
+def checked_damping(
+    damping: float | Rayleigh | LossFactor | MatrixLike, size: int
+) -> Matrix | Rayleigh:
     """Return C, or how it follows from mass and stiffness."""
     if isinstance(damping, Rayleigh):
         return damping
+    if isinstance(damping, LossFactor):
+        raise SlipmodeError(
+            "damping: a loss factor is not for bladed disks; use rom.Rayleigh.from_loss_factor"
+        )
     if isinstance(damping, float | int | np.floating):
         return Rayleigh(0.0, float(damping))
     C = as_symmetric("damping", damping, size)
@@ -393,37 +422,53 @@ def checked_damping(damping: float | Rayleigh | MatrixLike, size: int) -> Matrix
     return C
 
 
-def _check_massless(light: Flags, K: Matrix, C: Matrix | Rayleigh) -> None:
-    """Refuse DOFs without mass, `light` (n,), that do not follow the other DOFs statically.
+def _checked_loss(
+    imaginary: MatrixLike | None, damping: object, size: int
+) -> Matrix | LossFactor | None:
+    """Return the structural damping, of the imaginary part of the stiffness or a loss factor."""
+    if imaginary is None:
+        return damping if isinstance(damping, LossFactor) else None
+    if isinstance(damping, LossFactor):
+        raise SlipmodeError("damping: leave the loss factor out; the complex stiffness has one")
+    loss = as_symmetric("stiffness: the imaginary part", imaginary, size)
+    if not is_positive_semidefinite(loss, "stiffness"):
+        raise SlipmodeError(
+            "stiffness: the imaginary part must be positive semidefinite (it must not add energy)"
+        )
+    return loss
 
-    Without forces, x_m = -K_mm^-1 K_ma x_a solves the rows m of the equation of motion if the
-    forces of C are 0 there for such motions, as with C = alpha M + beta K.
+
+def _check_massless(Z: Sparse, K: Matrix, C: Matrix | Rayleigh) -> None:
+    """Refuse motions without inertia, Z (n, m), that do not follow the others statically.
+
+    Without forces, x - Z (Z^T K Z)^-1 Z^T K x solves the equation of motion along Z if the forces
+    of C are 0 there for such motions, as with C = alpha M + beta K.
     """
-    dofs = np.flatnonzero(light)
-    empty = K.diagonal()[dofs] == 0.0
+    dof = as_csc(abs(Z)).argmax(axis=0)  # a unit motion, or the largest part of another motion
+    forces = as_csc(K @ Z)
+    empty = np.diff(forces.indptr) == 0
     if empty.any():
         raise SlipmodeError(
-            f"mass, stiffness: DOF {dofs[empty][0]} has neither mass nor stiffness; leave it out, "
+            f"mass, stiffness: DOF {dof[empty][0]} has neither mass nor stiffness; leave it out, "
             "or give it stiffness"
         )
-    rows: Any = K[dofs]
     try:
-        factors = factorise(rows[:, dofs])
+        factors = factorise(as_csc(Z.T @ forces))
     except NotPositiveDefiniteError:
         raise SlipmodeError(
-            f"stiffness: must be positive definite on the {dofs.size} DOFs without mass, or some "
+            f"stiffness: must be positive definite on the {dof.size} DOFs without mass, or some "
             "of them move without resistance; give them mass or stiffness"
         ) from None
     if isinstance(C, Rayleigh):
         return
-    motion = np.where(light, 0.0, np.random.default_rng(0).standard_normal(light.size))
-    motion[dofs] = factors.solve(-(rows @ motion))
-    damped: Any = C[dofs]
+    motion = np.random.default_rng(0).standard_normal(Z.shape[0])
+    motion -= np.asarray(Z @ factors.solve(np.asarray(forces.T @ motion)))
     # Rounding of C = beta K is about 1e-16 of the terms of the sum
-    other = np.abs(damped @ motion) > 1e-9 * (abs(damped) @ np.abs(motion))
+    along = np.asarray(Z.T @ (C @ motion))
+    other = np.abs(along) > 1e-9 * (abs(Z).T @ (abs(C) @ np.abs(motion)))
     if other.any():
         raise SlipmodeError(
-            f"damping: DOF {dofs[other][0]} has no mass, and must have no damping but alpha M + "
+            f"damping: DOF {dof[other][0]} has no mass, and must have no damping but alpha M + "
             "beta K; give it mass, or use rom.Rayleigh"
         )
 

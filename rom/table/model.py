@@ -41,7 +41,7 @@ from slipmode.rom.validity import Finding, detuning_findings
 
 FORMAT = 30  # of the file; raised whenever tables computed before must not be used any more
 
-OPTIONAL_ARRAYS = ("force_patterns", "aerodynamics")
+OPTIONAL_ARRAYS = ("force_patterns", "aerodynamics", "loss")
 TABLE_ARRAYS = ("rate_correction", "detuning")  # that not all tables have
 
 
@@ -302,6 +302,7 @@ class Model:
             contacts=elastic,
             force_patterns=content.get("force_patterns"),
             aerodynamics=content.get("aerodynamics"),
+            loss=content.get("loss"),
             ratio=header["ratio"],
             **{name: content[name] for name in REDUCED_ARRAYS},
         )

@@ -68,9 +68,10 @@ def check_arrays(header: Mapping[str, Any], content: Mapping[str, np.ndarray]) -
         if name in content and content[name].ndim > 0
     }
     sizes |= {"m": modes, "q": modes + sizes.get("p", 0), "o": orders}
+    sizes["r"] = sizes["q"] + sizes.get("c", 0)
     sizes |= {"4": 4, "k": 2 * (modes + combinations + 1), "l": 2 * modes**2}
     optional = {"rate_correction": "ab4l"} if header["formulation"] == "consistent" else {}
-    given = {"force_patterns": "mn", "aerodynamics": "m", "detuning": "ab4l"}
+    given = {"force_patterns": "mn", "aerodynamics": "m", "loss": "rr", "detuning": "ab4l"}
     optional |= {name: layout for name, layout in given.items() if name in content}
     table = {"node_a": "a", "node_b": "b", "values": "ab4k"}
     if orders:

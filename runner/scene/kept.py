@@ -122,7 +122,7 @@ def _key(structure: Structure, *others: Any) -> str:
     """Return a hash of a structure and of plain values and arrays."""
     digest = hashlib.sha256(code_digest("slipmode.rom").encode())
     matrices = (structure.mass, structure.stiffness, structure.damping, structure.directions)
-    for each in (*matrices, *others):
+    for each in (*matrices, structure.loss, *others):
         sparse = scipy.sparse.issparse(each)
         for part in (each.indptr, each.indices, each.data) if sparse else (each,):
             if isinstance(part, np.ndarray):

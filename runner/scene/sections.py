@@ -17,9 +17,9 @@ from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.errors import SlipmodeError, naming
 from slipmode.rom.laws.contacts import ElasticLaw
 from slipmode.rom.laws.friction import RigidFriction
-from slipmode.rom.reduction.force_vector import force_vector
 from slipmode.rom.slow.units import SI, Units
 from slipmode.rom.storage.stored_arrays import read_npy
+from slipmode.rom.structure.force_vector import force_vector
 from slipmode.rom.structure.labels import Labels
 from slipmode.rom.structure.structure import Structure
 from slipmode.rom.table.model import Model

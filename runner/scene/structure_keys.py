@@ -98,6 +98,8 @@ class StructureTable:
         of `matrices`.
     rayleigh
         [alpha, beta] of C = alpha M + beta K, instead of `damping`.
+    loss_factor
+        Loss factor eta of structural damping K (1 + i eta), instead of `damping`.
     contact_mass
         Mass of each contact DOF, > 0.
     m1
@@ -131,6 +133,7 @@ class StructureTable:
     damping_name: str | None = None
     contacts: Annotated[tuple[tuple[int | str, ...], ...] | None, _CONTACTS] = None
     rayleigh: Annotated[tuple[float, float] | None, NON_NEGATIVE, "1/s, s"] = None
+    loss_factor: Annotated[float | None, NON_NEGATIVE] = None
     contact_mass: Annotated[float, "kg"] = _TWO_MASS["contact_mass"]
     m1: Annotated[float, "kg"] = _TWO_MASS["m1"]
     m2: Annotated[float, "kg"] = _TWO_MASS["m2"]

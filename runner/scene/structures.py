@@ -17,7 +17,7 @@ import scipy
 from slipmode.rom import CyclicStructure, Model, lumped_disk, random_mistuning
 from slipmode.rom.errors import SlipmodeError, naming
 from slipmode.rom.short_repr import frozen
-from slipmode.rom.structure.damping import Rayleigh
+from slipmode.rom.structure.damping import LossFactor, Rayleigh
 from slipmode.rom.structure.labels import Labels
 from slipmode.rom.structure.structure import Structure, load_structure, two_mass
 from slipmode.runner.scene.keys import ModelOptions
@@ -28,7 +28,8 @@ _TWO_MASS_KEYS = [name for name in inspect.signature(two_mass).parameters if nam
 _DISK = {name: each.default for name, each in inspect.signature(lumped_disk).parameters.items()}
 # All sectors are solved together: 800 cycles of 200 sectors take 90 s. Real disks have fewer.
 _MOST_MISTUNED = 200
-_MATRIX_KEYS = ("mass", "contacts", "rayleigh", "mass_name", "stiffness_name", "damping_name")
+_NAME_KEYS = ("mass_name", "stiffness_name", "damping_name")
+_MATRIX_KEYS = ("mass", "contacts", "rayleigh", "loss_factor", *_NAME_KEYS)
 _SECTOR_KEYS = ("left", "right", "interface", "next_contacts")
 
 
@@ -54,8 +55,10 @@ class Source:
         return self.keys.sectors or lumped
 
     @property
-    def _damping(self) -> float | Rayleigh | None:
+    def _damping(self) -> float | Rayleigh | LossFactor | None:
         rayleigh = self.keys.rayleigh
+        if self.keys.loss_factor is not None:
+            return LossFactor(self.keys.loss_factor)
         return self.keys.damping if rayleigh is None else Rayleigh(*rayleigh)
 
     def build(self) -> Structure:
@@ -94,11 +97,15 @@ class Source:
                     dofs.extend(dof)
             on_next = self._next_directions(sector.labels, sector.n_contacts)
         with naming("structure"):
+            if sector.loss is not None:
+                raise SlipmodeError(
+                    "loss_factor, matrices: bladed disks have no structural damping; give damping"
+                )
             disk = CyclicStructure(
                 sector.mass,
                 sector.stiffness,
                 self.sectors,
-                sector.damping if damping is None else damping,
+                damping if isinstance(damping, float | Rayleigh) else sector.damping,
                 contact=sector.directions,
                 next_contact=on_next,
                 left=left,
@@ -173,8 +180,11 @@ def read_structure(keys: StructureTable, content: Content, folder: Path) -> Sour
         if name is not None:
             existing(f"structure.{key}", folder / name)
     if keys.damping is not None:
-        one = "give one of damping and rayleigh"
-        refuse_given(content, "structure", ("rayleigh",), one)
+        one = "give one of damping, rayleigh and loss_factor"
+        refuse_given(content, "structure", ("rayleigh", "loss_factor"), one)
+    if keys.rayleigh is not None:
+        one = "give one of rayleigh and loss_factor"
+        refuse_given(content, "structure", ("loss_factor",), one)
     if (keys.left, keys.right) != (None, None):
         pairs = "give either left and right, or interface"
         refuse_given(content, "structure", ("interface",), pairs)

@@ -97,7 +97,8 @@ def _blocks(S: np.ndarray) -> np.ndarray:
 def _stiffnesses(system: System, omega: float, damping: np.ndarray) -> np.ndarray:
     """Return dynamic stiffnesses (H + 1, n, n) with a damping matrix of each harmonic."""
     h = np.arange(len(damping))[:, np.newaxis, np.newaxis]
-    return system.K - (h * omega) ** 2 * system.M + 1j * h * omega * damping
+    lossy = system.K + 1j * np.sign(h) * system.loss
+    return lossy - (h * omega) ** 2 * system.M + 1j * h * omega * damping
 
 
 def _equations(system: System, x: np.ndarray, S: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

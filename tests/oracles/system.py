@@ -66,6 +66,7 @@ class System:
     K: np.ndarray
     W: np.ndarray
     laws: Sequence[Law]
+    loss: np.ndarray | float = 0.0  # K'', of harmonic balance alone
 
     def stuck_stiffness(self) -> np.ndarray:
         """Return the stiffness of each contact DOF in stick [N/m], 0 for rigid friction."""

@@ -18,7 +18,6 @@ from slipmode.rom.frequencies import carrier_findings, check_carrier
 from slipmode.rom.kernel import Structure
 from slipmode.rom.reduction.combination import CARRIERS, Order, harmonic_orders
 from slipmode.rom.reduction.force_response import phasor
-from slipmode.rom.reduction.force_vector import force_vectors
 from slipmode.rom.reduction.tones import check_two_carriers
 from slipmode.rom.short_repr import frozen, percentage
 from slipmode.rom.slow.tone.contact_balance import ContactBalance
@@ -27,6 +26,7 @@ from slipmode.rom.slow.tone.coupled_contacts import LINES, CoupledContacts
 from slipmode.rom.slow.tone.tone_flow import ToneFlow
 from slipmode.rom.slow.tone.tone_modes import ToneModes
 from slipmode.rom.slow.tone.tone_response import ToneResponse
+from slipmode.rom.structure.force_vector import force_vectors
 from slipmode.rom.table.local.local_contacts import HIGHEST, LocalContacts
 from slipmode.rom.table.local.tone_model import ToneModel, local_contacts
 from slipmode.rom.validity import Finding, warn

@@ -9,6 +9,7 @@ import numpy as np
 import scipy
 
 from slipmode.rom.arrays import Floats
+from slipmode.rom.structure.matrices import Sparse
 
 Operator = Callable[[Any], Any]  # real or complex vectors (size, m)
 
@@ -66,24 +67,26 @@ def lowest_modes(
 
 
 def dense_modes(
-    stiffness: Floats, mass: Floats, count: int | None = None
+    stiffness: Floats, mass: Floats, massless: Sparse, count: int | None = None
 ) -> tuple[Floats, Floats]:
     """Return the lowest eigenvalues (count,) and modes (n, count) of K phi = lambda M phi, or all.
 
-    DOFs m without mass follow the others statically, x_m = -K_mm^-1 K_ma x_a, which is exact.
+    Motions Z = `massless` (n, m), M Z = 0, follow the other motions B y statically, which is
+    exact: x = B y - Z (Z^T K Z)^-1 Z^T K B y.
     """
-    light = mass.diagonal() == 0.0
-    if not light.any():
-        lowest = None if count is None else (0, count - 1)
+    lowest = None if count is None else (0, count - 1)
+    if not massless.shape[1]:
         squares, shapes = scipy.linalg.eigh(stiffness, mass, subset_by_index=lowest)
         return squares, shapes
-    follow = np.eye(len(mass))[:, ~light]
-    follow[light] = -scipy.linalg.solve(
-        stiffness[light][:, light], stiffness[light][:, ~light], assume_a="pos"
-    )
+    Z = massless.toarray()
+    B = scipy.linalg.qr(Z)[0][:, Z.shape[1] :]
+    forces = Z.T @ stiffness
+    follow = B - Z @ scipy.linalg.solve(forces @ Z, forces @ B, assume_a="pos")
     condensed = follow.T @ stiffness @ follow
     condensed = 0.5 * (condensed + condensed.T)
-    squares, shapes = dense_modes(condensed, mass[~light][:, ~light], count)
+    inertia = B.T @ mass @ B
+    inertia = 0.5 * (inertia + inertia.T)
+    squares, shapes = scipy.linalg.eigh(condensed, inertia, subset_by_index=lowest)
     return squares, follow @ shapes
 
 

@@ -1,4 +1,4 @@
-"""Definiteness of symmetric matrices, and the mobility of contacts, W^T M^-1 W.
+"""Definiteness of symmetric matrices, motions without inertia, and the mass of contacts.
 
 A large mass matrix is not factorised. Scaled by its diagonal, a mass matrix of finite elements has
 eigenvalues of about 1 (A. J. Wathen, 1987): Lanczos steps and conjugate gradients converge fast.
@@ -16,6 +16,7 @@ from slipmode.rom.structure.matrices import (
     BLOCK,
     TOLERANCE,
     Matrix,
+    Sparse,
     as_csc,
     as_dense,
     largest_entry,
@@ -44,16 +45,52 @@ def is_positive_semidefinite(matrix: Matrix, name: str) -> bool:
     return is_positive_definite(as_csc(matrix + shift * scipy.sparse.eye_array(size)), name)
 
 
-def is_positive_mass(mass: Matrix) -> bool:
-    """Return whether a mass matrix is positive definite, except for rows of zeros.
+def massless_motions(mass: Matrix) -> Sparse | None:
+    """Return an orthonormal basis Z (n, m) of the motions without inertia, M Z = 0.
+
+    None if the mass matrix is not positive semidefinite. Most are unit motions of DOFs with rows
+    of zeros. Others are computed for each group of coupled DOFs. A large group of a sparse matrix
+    is taken for indefinite.
+    """
+    n = mass.shape[0]
+    empty = mass.diagonal() == 0.0
+    zeros, heavy = np.flatnonzero(empty), np.flatnonzero(~empty)
+    is_dense = isinstance(mass, np.ndarray)
+    if not heavy.size or mass.diagonal().min() < 0.0:
+        return None
+    if zeros.size and largest_entry(mass[zeros]) > 0.0:
+        return None
+    unit = scipy.sparse.eye_array(n, format="csc")
+    found = [unit[:, zeros]]
+    rest: Any = mass[heavy][:, heavy] if zeros.size else mass
+    if not _is_positive_mass(rest):
+        _, group = scipy.sparse.csgraph.connected_components(as_csc(rest), directed=False)
+        order = np.argsort(group, kind="stable")
+        for dofs in np.split(order, np.flatnonzero(np.diff(group[order])) + 1):
+            motions = None
+            if is_dense or dofs.size <= SMALL:
+                motions = _null_space(as_dense(rest[dofs][:, dofs]))
+            if motions is None:
+                return None
+            found.append(unit[:, heavy[dofs]] @ as_csc(motions))
+    return as_csc(scipy.sparse.hstack(found))
+
+
+def _null_space(mass: Floats) -> Floats | None:
+    """Return an orthonormal basis of M z = 0 up to rounding; None if M is indefinite."""
+    unit = 1.0 / np.sqrt(mass.diagonal())
+    sizes, motions = scipy.linalg.eigh(unit[:, np.newaxis] * mass * unit)
+    if sizes[0] < -TOLERANCE:
+        return None
+    basis, _ = np.linalg.qr(unit[:, np.newaxis] * motions[:, sizes <= TOLERANCE])
+    return np.asarray(basis)
+
+
+def _is_positive_mass(mass: Matrix) -> bool:
+    """Return whether a mass matrix with a positive diagonal is positive definite.
 
     A large one is factorised only if Lanczos steps do not find its smallest eigenvalue.
     """
-    heavy = ~massless(mass)
-    if not heavy.all():
-        if not heavy.any() or largest_entry(mass[~heavy]) > 0.0:
-            return False
-        mass = mass[heavy][:, heavy]
     diagonal = mass.diagonal()
     if isinstance(mass, np.ndarray) or mass.shape[0] <= SMALL or not (diagonal > 0).all():
         return is_positive_definite(mass, "mass")
@@ -81,21 +118,42 @@ def is_positive_mass(mass: Matrix) -> bool:
     return bool(lowest[0] > TOLERANCE)
 
 
-def massless(mass: Matrix) -> Flags:
-    """Return which DOFs of a positive semidefinite mass matrix have no mass, (n,)."""
-    return np.asarray(mass.diagonal() == 0.0)
+def contacts_moved(massless: Sparse, directions: Matrix) -> tuple[Floats, Flags]:
+    """Return contact displacements (N_c, k) of the motions without inertia that have some.
 
-
-def mobility(mass: Matrix, directions: Matrix) -> Floats:
-    """Return W^T M^-1 W (N_c, N_c) [1/kg]: contact velocity per impulse on the contacts.
-
-    The contacts act on DOFs with mass. A large mass matrix is factorised only if conjugate
-    gradients do not converge.
+    Also return which of the motions (n, m) these are, (m,).
     """
-    heavy = ~massless(mass)
+    W = as_csc(directions)
+    moved = as_csc(W.T @ massless)
+    lengths = np.sqrt(as_csc(W.multiply(W)).sum(axis=0))
+    moved.data[np.abs(moved.data) <= TOLERANCE * lengths[moved.indices]] = 0.0  # rounding
+    moved.eliminate_zeros()
+    columns = np.diff(moved.indptr) > 0
+    return as_dense(moved[:, columns]), columns
+
+
+def contact_mass(mass: Matrix, massless: Sparse, directions: Matrix) -> Floats:
+    """Return (W^T M^-1 W)^-1 (N_c, N_c) [kg]: impulse on the contacts per contact velocity.
+
+    Contact motions that motions without inertia allow have no mass. A large mass matrix is
+    factorised only if conjugate gradients do not converge.
+    """
     W: Any = directions
-    if not heavy.all():
-        mass, W = mass[heavy][:, heavy], W[heavy]
+    if massless.shape[1]:  # W^T Z = 0 in the directions below: mass along Z does not matter
+        along: Any = mass.diagonal().max() * (massless @ massless.T)
+        mass = mass + along.toarray() if isinstance(mass, np.ndarray) else as_csc(mass + along)
+    moved, _ = contacts_moved(massless, directions)
+    if not moved.size:
+        return np.asarray(scipy.linalg.inv(_mobility(mass, W)))
+    inertial = scipy.linalg.null_space(moved.T, rcond=TOLERANCE)
+    if not inertial.shape[1]:
+        return np.zeros((W.shape[1], W.shape[1]))
+    inertia = scipy.linalg.inv(_mobility(mass, as_csc(W @ inertial)))
+    return np.asarray(inertial @ inertia @ inertial.T)
+
+
+def _mobility(mass: Matrix, W: Any) -> Floats:
+    """Return W^T M^-1 W: contact velocity per impulse on the contacts [1/kg]."""
     if not isinstance(mass, np.ndarray) and mass.shape[0] > SMALL:
         found = np.empty((W.shape[1], W.shape[1]))
         for start in range(0, W.shape[1], BLOCK):

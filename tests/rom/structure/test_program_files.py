@@ -194,8 +194,8 @@ REFUSED = {
         lambda f: with_(matlab(f, **AMBIGUOUS), names={"stiffness": "Q"}),
     "stiffness is missing; the file has Q, R; name it": lambda f: matlab(f, Q=SPRING, R=MASS),
     "mass is missing (there is no job.mas); give its file: mass=": without_mass,
-    "stiffness: must hold real numbers, got complex128":
-        lambda f: matlab(f, K=SPRING * (1 + 0.01j), M=MASS),
+    "mass: must hold real numbers, got complex128":
+        lambda f: matlab(f, K=SPRING, M=MASS * (1 + 0.01j)),
     "mass has 5 DOFs, stiffness has 6": lambda f: matlab(f, K=SPRING, M=MASS[1:, 1:]),
     "mass: node 99 has a DOF that is not in stiffness": unknown_mass,
     "node 13: is not in the structure, whose nodes are 7 to 4711":

@@ -22,6 +22,8 @@ def dense(matrix):
 def assert_same(found, drawn, tolerance):
     np.testing.assert_allclose(dense(found.stiffness), drawn.K, rtol=tolerance, atol=1e-6)
     np.testing.assert_allclose(dense(found.mass), drawn.M, rtol=tolerance, atol=1e-9)
+    if found.loss is not None:  # K4 of Nastran
+        np.testing.assert_allclose(dense(found.loss), drawn.K, rtol=tolerance, atol=1e-6)
 
 
 @pytest.mark.oracle
@@ -33,6 +35,7 @@ def test_a_written_file_is_read_right(seed, tmp_path):
     found = rom.load_structure(path, contact=[0], **arguments)
     assert_same(found, drawn, tolerance)
     assert found.beta == 0.0
+    assert (found.loss is not None) == (b"K4" in path.read_bytes())
     if write in LABELLED:
         assert [tuple(pair) for pair in found.labels.table.tolist()] == drawn.labels
 

@@ -198,6 +198,7 @@ def folder_of_matrices(tmp_path_factory):
         ('[[33, "y"]]', '[[30, "y"]]', "output.nodes: DOFs must differ from"),
         ('[[31, "y"]]', '[[7, "y"]]', "beam.npz: node 7: is not in the structure"),
         ('"beam.npz"\ncontacts = [[31, "y"]]', '"w.mat"', "w.mat"),
+        ("[[contacts]]", "loss_factor = 0.02\n[[contacts]]", "one of rayleigh and loss_factor"),
     ],
 )
 def test_refusals_of_nodes_and_matrices_name_them(folder, old, new, message):
