@@ -24,8 +24,8 @@ def commands() -> dict[str, Command]:
     sine = "the files are sine tests: sweeps or steps of force and response, or steady responses"
     loops = "the files are loops of force against displacement of a joint; several are levels"
     channels = (
-        "by name, or by position from 0 (all); of sine tests force and response, by name; of loops "
-        "displacement and force"
+        "by name, or by position from 0 (all); of sine tests force and response, by name; of "
+        "loops displacement and force"
     )
     band = "a band [Hz] with one mode alone; twice for two modes, the lower one first"
     held = "predicted, not fitted: records by name or number in it, tests by beginning of the name"
@@ -36,7 +36,8 @@ def commands() -> dict[str, Command]:
     return {
         "identify": Command(
             _identify,
-            "identify hit*.csv --band 100 140 --band 225 260 --unit m/s --hold-out 2 6 -o beam",
+            "identify hit*.csv --band 100 140 --band 225 260 --unit m/s --hold-out 2 6 -o beam; "
+            "slipmode identify --loops damper.csv --unit mm --force-unit kN -o damper",
             Argument("files", nargs="+", metavar="FILES", help=files),
             Argument(
                 "--band",

@@ -52,9 +52,9 @@ def fit_loops(loops: Loop | Sequence[Loop]) -> LoopFit:
     The force is that of Jenkins elements in parallel. The first model is one element. Further
     terms are limits by direction, a backlash in series, a spring in parallel, another element, and
     Segalman's four-parameter distribution instead of the elements. The term that lowers the rms
-    error most is added if it lowers it by 5 % at least, until no term does. If the errors of several
-    larger models differ by less than 5 %, the one with the fewest parameters is taken, elements before a
-    distribution.
+    error most is added if it lowers it by 5 % at least, until no term does. If several larger
+    models differ by less than 5 % in their errors, the one with the fewest parameters is taken,
+    elements before a distribution.
 
     The first two strokes of a loop settle the contacts and are not compared. Inertia and viscous
     forces are not part of the model: measure slowly. Errors are relative to the peak force of each
@@ -134,7 +134,7 @@ def _error(fitted: Fitted) -> float:
 def _law(found: Fitted, level: int) -> Any:
     """Return the contact law with equal limits in both directions."""
     terms, values = found.terms, found.values
-    limit = float(np.mean(found.limits(level)))
+    limit = float(np.mean(found.limits(level, values)))
     if not terms.spring and terms.elements == 1:
         return Jenkins(limit, values["stiffness_1"])
     if not terms.spring and not terms.elements:
@@ -149,7 +149,7 @@ def _law(found: Fitted, level: int) -> Any:
 
 
 def _mean_force(law: Fitted, level: int) -> float:
-    forward, backward = law.limits(level)
+    forward, backward = law.limits(level, law.values)
     return 0.5 * (forward - backward)
 
 

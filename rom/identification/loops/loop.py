@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import Any, Self
 
 import numpy as np
@@ -72,7 +73,7 @@ class Strokes:
         if not (np.isfinite(x).all() and np.isfinite(force).all()):
             raise SlipmodeError(f"loops: {loop.name} has samples that are no finite numbers")
         ends = turning_points(x) if x.size and np.ptp(x) > 0.0 else []
-        parts = [slice(a, b + 1) for a, b in zip(ends[:-1], ends[1:], strict=True)]
+        parts = [slice(a, b + 1) for a, b in pairwise(ends)]
         strokes = cls(loop.name, [x[part] for part in parts], [force[part] for part in parts])
         if strokes.cycles < FEWEST_CYCLES:
             raise SlipmodeError(

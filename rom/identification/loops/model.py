@@ -74,11 +74,13 @@ class Terms(NamedTuple):
             yield self._replace(spring=True), values | {"spring": 0.02 * total}
         if not self.elements:
             return
+        if self.elements > 1:
+            values = values | {"stiffness": total, "chi": 0.5, "beta": 1.0}
+            yield self._replace(elements=0), values
         for share in (0.2, 2.0):
             n = self.elements + 1
             new = {f"stiffness_{n}": share * total, f"weight_{n}": 0.5}
             yield self._replace(elements=n), values | new
-        yield self._replace(elements=0), values | {"stiffness": total, "chi": 0.5, "beta": 1.0}
 
     def sliders(self, values: Mapping[str, float], count: int = SLIDERS) -> tuple[Floats, Floats]:
         """Return stiffness [N/m] and share of the limit of each element, in the order of slip."""
@@ -98,55 +100,63 @@ class Terms(NamedTuple):
         return Iwan(limit, values["stiffness"], chi, values["beta"], count)
 
 
-class Joint(NamedTuple):
-    """A model with values, for one level.
+class Joints(NamedTuple):
+    """A model of one level, with several sets of values: variants.
 
     Attributes
     ----------
-    stiffness, low, high : (elements,) ndarray
+    stiffness, low, high : (variants, elements) ndarray
         k_i [N/m], -phi_i^- and phi_i^+ [m].
-    backlash, spring, middle : float
-        g [m], k_0 [N/m], middle [m].
+    backlash, spring : (variants,) ndarray
+        g [m], k_0 [N/m].
+    middle : float
+        Displacement without force of the spring [m].
     """
 
     stiffness: Floats
     low: Floats
     high: Floats
-    backlash: float
-    spring: float
+    backlash: Floats
+    spring: Floats
     middle: float
 
-    def forces(self, strokes: Sequence[Floats]) -> list[Floats]:
-        """Return the forces [N] along strokes of displacements [m] that follow each other.
+    def forces(self, strokes: Sequence[Floats]) -> Floats:
+        """Return the forces (variants, samples) [N] along strokes that follow each other.
 
-        At the start the elements have no force, and the backlash is in its middle.
+        `strokes` are displacements [m]. At the start the elements have no force, and the backlash
+        is in its middle.
         """
-        d, e, made = np.zeros_like(self.stiffness), 0.0, []
+        d, e = np.zeros_like(self.stiffness), np.zeros_like(self.backlash)
+        made = []
         for x in strokes:
             # Backward strokes are forward strokes of the mirrored joint.
             sign = 1.0 if x[-1] > x[0] else -1.0
             low, high = (self.low, self.high) if sign > 0.0 else (-self.high, -self.low)
             travel = sign * (x - x[0])
             u, slack = self._through_backlash(travel, sign * d, high, sign * e)
-            elongation = np.clip(
-                sign * d[:, np.newaxis] + u, low[:, np.newaxis], high[:, np.newaxis]
-            )
-            made.append(sign * (self.stiffness @ elongation) + self.spring * (x - self.middle))
-            d, e = sign * elongation[:, -1], sign * slack
-        return made
+            elongation = (sign * d)[..., np.newaxis] + u[:, np.newaxis]
+            np.clip(elongation, low[..., np.newaxis], high[..., np.newaxis], out=elongation)
+            force = (self.stiffness[:, np.newaxis] @ elongation)[:, 0]
+            made.append(sign * force + np.multiply.outer(self.spring, x - self.middle))
+            d, e = sign * elongation[..., -1], sign * slack
+        return np.concatenate(made, axis=1)
 
     def _through_backlash(
-        self, travel: Floats, d: Floats, high: Floats, e: float
-    ) -> tuple[Floats, float]:
-        """Return the motion u of the elements along a forward stroke, and e at its end."""
-        if not self.backlash:
-            return travel, e
-        force, released = float(self.stiffness @ d), 0.0
-        if force < 0.0:  # the elements are unloaded first
-            slips = np.append(0.0, np.sort(np.maximum(high - d, 0.0)))
-            at_slip = np.minimum(d[:, np.newaxis] + slips, high[:, np.newaxis])
-            released = float(np.interp(0.0, self.stiffness @ at_slip, slips))
-        beyond = travel - released
-        rest = 0.5 * self.backlash - e
+        self, travel: Floats, d: Floats, high: Floats, e: Floats
+    ) -> tuple[Floats, Floats]:
+        """Return u (variants, samples) along a forward stroke, and e (variants,) at its end."""
+        if not self.backlash.any():
+            return np.tile(travel, (len(e), 1)), e
+        released = self._unloading(d, high)[:, np.newaxis]
+        beyond, rest = travel - released, (0.5 * self.backlash - e)[:, np.newaxis]
         u = np.where(beyond <= 0.0, travel, released + np.maximum(beyond - rest, 0.0))
-        return u, e + float(np.clip(beyond[-1], 0.0, rest))
+        return u, e + np.clip(beyond[:, -1:], 0.0, rest)[:, 0]
+
+    def _unloading(self, d: Floats, high: Floats) -> Floats:
+        """Return the forward motion (variants,) after which the elements do not pull backward."""
+        # Their force is linear between the motions at which one more element slips.
+        motion = np.sort(np.maximum(high - d, 0.0), axis=1)
+        motion = np.concatenate([np.zeros((len(d), 1)), motion], axis=1)
+        at_slip = np.minimum(d[..., np.newaxis] + motion[:, np.newaxis], high[..., np.newaxis])
+        force = (self.stiffness[:, np.newaxis] @ at_slip)[:, 0]
+        return np.array([np.interp(0.0, f, u) for f, u in zip(force, motion, strict=True)])

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import scipy
 
 from slipmode.rom.arrays import Floats
-from slipmode.rom.identification.loops.loop import RUN_IN, Strokes
-from slipmode.rom.identification.loops.model import Joint, Terms, Values
+from slipmode.rom.identification.loops.loop import Strokes
+from slipmode.rom.identification.loops.model import Joints, Terms, Values
 from slipmode.rom.short_repr import frozen
 
 LEVEL = 0.99  # of intervals
@@ -40,18 +41,20 @@ class Fitted:
         """Return the fit from initial values of the coordinates."""
         initial = np.log([start[name] for name in terms.names(len(levels))])
 
+        fit = cls(terms, levels, initial)
+
         def residuals(p: Floats) -> Floats:
-            return np.concatenate(cls(terms, levels, p).residuals())
+            return np.concatenate(fit.residuals(p[np.newaxis]), axis=1)[0]
 
         def slopes(p: Floats) -> Floats:
-            return np.concatenate(cls(terms, levels, p).slopes())
+            return np.concatenate(fit.slopes(p))
 
         # Logarithms far from the initial ones belong to terms without influence.
         bounds = (initial - 12.0, initial + 12.0)
         found = scipy.optimize.least_squares(
             residuals, initial, slopes, bounds, ftol=1e-6, xtol=1e-6
         )
-        return cls(terms, levels, found.x)
+        return replace(fit, logarithms=found.x)
 
     def on(self, levels: Sequence[Strokes]) -> Fitted:
         """Return the fit of the model to other samples of the levels."""
@@ -76,42 +79,45 @@ class Fitted:
         """Rms of the errors of all levels."""
         return float(np.sqrt(np.mean(self.errors**2)))
 
-    def limits(self, level: int) -> tuple[float, float]:
+    def limits(self, level: int, values: Values) -> tuple[float, float]:
         """Return the friction limits of a level, forward and backward [N]."""
-        values = self.values
         ways = ("forward", "backward") if self.terms.direction else ("limit", "limit")
         forward, backward = (values[f"{level}.{way}"] for way in ways)
         return forward, backward
 
-    def joint(self, level: int) -> Joint:
-        """Return the joint of a level."""
-        values = self.values
-        k, share = self.terms.sliders(values)
-        forward, backward = self.limits(level)
-        return Joint(
-            stiffness=k,
-            low=-share * backward / k,
-            high=share * forward / k,
-            backlash=values.get("backlash", 0.0),
-            spring=values.get("spring", 0.0),
-            middle=self.levels[level].middle,
-        )
+    def forces(self, level: int, variants: Floats | None = None) -> Floats:
+        """Return the forces of a level after its run-in (variants, samples) [N].
 
-    def residuals(self) -> list[Floats]:
-        """Return the errors of the forces of each level after its run-in, relative to its peak."""
+        `variants` (variants, coordinates) are logarithms, by default those of the fit.
+        """
+        variants = self.logarithms[np.newaxis] if variants is None else variants
+        every = [self._named(each) for each in np.exp(variants)]
+        sliders = [self.terms.sliders(values) for values in every]
+        k, share = (np.array(each) for each in zip(*sliders, strict=True))
+        forward, backward = np.array([self.limits(level, values) for values in every]).T
+        strokes = self.levels[level]
+        joints = Joints(
+            stiffness=k,
+            low=-share * backward[:, np.newaxis] / k,
+            high=share * forward[:, np.newaxis] / k,
+            backlash=np.array([values.get("backlash", 0.0) for values in every]),
+            spring=np.array([values.get("spring", 0.0) for values in every]),
+            middle=strokes.middle,
+        )
+        return joints.forces(strokes.displacement)[:, -strokes.used_force.size :]
+
+    def residuals(self, variants: Floats | None = None) -> list[Floats]:
+        """Return the errors of the forces of each level, relative to its peak force."""
         return [
-            (np.concatenate(self.joint(i).forces(level.displacement)[RUN_IN:]) - level.used_force)
-            / level.peak
+            (self.forces(i, variants) - level.used_force) / level.peak
             for i, level in enumerate(self.levels)
         ]
 
-    def slopes(self) -> list[Floats]:
+    def slopes(self, logarithms: Floats) -> list[Floats]:
         """Return the derivatives (samples, coordinates) of the residuals by the logarithms."""
-        base, columns = self.residuals(), []
-        for step in DIFFERENCE * np.eye(self.logarithms.size):
-            moved = Fitted(self.terms, self.levels, self.logarithms + step).residuals()
-            columns.append([(a - b) / DIFFERENCE for a, b in zip(moved, base, strict=True)])
-        return [np.stack(level, axis=1) for level in zip(*columns, strict=True)]
+        steps = DIFFERENCE * np.eye(logarithms.size)
+        variants = logarithms + np.concatenate([np.zeros_like(steps[:1]), steps])
+        return [(r[1:] - r[0]).T / DIFFERENCE for r in self.residuals(variants)]
 
     def parameters(self) -> Values:
         """Return the parameters by the names that users see."""
@@ -147,10 +153,10 @@ class Fitted:
         They follow from the scatter of the cycles: the sums of residuals times derivatives over
         each cycle differ between cycles only by what is not repeated.
         """
-        slopes, residuals = self.slopes(), self.residuals()
+        slopes = self.slopes(self.logarithms)
         matrix = sum(J.T @ J for J in slopes)
         scatter = np.zeros_like(matrix)
-        for level, J, r in zip(self.levels, slopes, residuals, strict=True):
+        for level, J, (r,) in zip(self.levels, slopes, self.residuals(), strict=True):
             cycle, n = level.cycle_of_sample(), level.cycles
             gradients = np.array([J[cycle == i].T @ r[cycle == i] for i in range(n)])
             gradients -= gradients.mean(axis=0)

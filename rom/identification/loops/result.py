@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from slipmode.rom.identification.loops.loop import RUN_IN
 from slipmode.rom.identification.loops.problem import Fitted
 from slipmode.rom.laws.joint_laws import Iwan, Jenkins, Sliders
 from slipmode.rom.short_repr import percentage
@@ -85,9 +84,9 @@ class LoopFit:
         for i, (level, ax) in enumerate(zip(levels, axes, strict=True)):
             ax.plot(level.used_displacement, level.used_force, "C0", lw=0.6, label="measured")
             for style, name, fitted in shown:
-                force = fitted.joint(i).forces(level.displacement)[RUN_IN:]
-                ax.plot(level.used_displacement, np.concatenate(force), style, label=name)
-            ax.set_title(f"{level.name}: {percentage(self.error[level.name])} of the peak force")
+                force = fitted.forces(i)[0]
+                ax.plot(level.used_displacement, force, style, lw=1.2, label=name)
+            ax.set_title(f"{level.name}: {percentage(self.error[level.name])}")
             ax.set_xlabel("displacement [m]")
         axes[0].set_ylabel("force [N]")
         axes[0].legend()

@@ -21,9 +21,9 @@ from slipmode.rom.identification.records.files import (
     found_files,
     read_groups,
 )
+from slipmode.rom.identification.records.units import FORCE, AllowedUnits, override_note
 from slipmode.rom.identification.sine.responses import ORDERS, SineTest, SineTests, checked
 from slipmode.rom.identification.sine.signals import demodulate_sine_test
-from slipmode.rom.identification.records.units import FORCE, AllowedUnits, override_note
 from slipmode.rom.short_repr import short_list
 from slipmode.rom.slow.units import Unit
 
