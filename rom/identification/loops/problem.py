@@ -40,7 +40,6 @@ class Fitted:
     def of(cls, terms: Terms, levels: Sequence[Strokes], start: Values) -> Fitted:
         """Return the fit from initial values of the coordinates."""
         initial = np.log([start[name] for name in terms.names(len(levels))])
-
         fit = cls(terms, levels, initial)
 
         def residuals(p: Floats) -> Floats:

@@ -130,7 +130,7 @@ def test_loops_in_files_have_units(tmp_path):
             np.testing.assert_allclose(loop.force, force, rtol=1e-6, atol=1e-6)
     with pytest.raises(rom.SlipmodeError, match=r"^unit: .*b.npz does not state one; give unit=$"):
         rom.read_loops(tmp_path / "b.npz", force_unit="N")
-    with pytest.raises(rom.SlipmodeError, match="force_unit: .* does not state one"):
+    with pytest.raises(rom.SlipmodeError, match=r"force_unit: .* does not state one"):
         rom.read_loops(tmp_path / "b.npz", unit="mm")
     with pytest.raises(rom.SlipmodeError, match="must have one displacement and one force, got "):
         rom.read_loops(tmp_path / "c.npz", **units)

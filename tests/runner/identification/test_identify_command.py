@@ -1,6 +1,7 @@
 """`slipmode identify` from files to a report, pictures, a scene and an FMU."""
 
 import re
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -193,3 +194,29 @@ def test_bad_input_ends_in_one_line(files, options, words, tmp_path, capsys):
     assert not printed.out and not (tmp_path / "out").exists()
     assert re.search(words, line), line
     assert "bands" not in line.split(":")[1] and not re.search(r"\w=(?!\w)", line)
+
+
+@pytest.mark.oracle
+def test_loops_give_a_table_of_contacts(tmp_path, capsys):
+    """A Jenkins element of 1e7 N/m and 100 N, and a spring of 1e6 N/m."""
+    x = 5e-5 * np.sin(2.0 * np.pi * np.arange(601) / 100.0)
+    d = [0.0]
+    for step in np.diff(x):
+        d.append(min(max(d[-1] + step, -1e-5), 1e-5))
+    table = np.column_stack([1e3 * x, 1e7 * np.array(d) + 1e6 * x])
+    np.savetxt(tmp_path / "joint.csv", table, "%.9g", ",", header="x [mm],force [N]", comments="")
+    out = tmp_path / "out"
+    assert identify(str(tmp_path / "joint.csv"), "--loops", "-o", str(out)) == 0
+    written = {"report.txt", "loops.png", "contacts_joint.toml"}
+    assert {path.name for path in out.iterdir()} == written
+    text = (out / "report.txt").read_text(encoding="utf-8")
+    assert "model: one Jenkins element + spring" in text and "99 % interval" in text
+    (group,) = tomllib.loads((out / "contacts_joint.toml").read_text())["contacts"]
+    assert group["law"] == "sliders"
+    assert group["stiffness"] == pytest.approx([1e7, 1e6], rel=1e-3)
+    assert group["limit"][0] == pytest.approx(100.0, rel=1e-3)
+    capsys.readouterr()
+    assert identify(str(tmp_path / "joint.csv"), "--loops", *BAND_A) == 1
+    assert capsys.readouterr().err == "slipmode: --band: is not for loops; leave it out\n"
+    assert identify(str(tmp_path / "joint.csv")) == 1
+    assert "--band: is missing" in capsys.readouterr().err
