@@ -43,7 +43,7 @@ class Fitted:
         fit = cls(terms, levels, initial)
 
         def residuals(p: Floats) -> Floats:
-            return np.concatenate(fit.residuals(p[np.newaxis]), axis=1)[0]
+            return np.concatenate([r[0] for r in fit.residuals(p[np.newaxis])])
 
         def slopes(p: Floats) -> Floats:
             return np.concatenate(fit.slopes(p))

@@ -10,59 +10,41 @@ from slipmode import rom
 
 PUBLISHED = Path(__file__).parents[4] / "shared/data/published/arts_friction_damper_loops.npz"
 pytestmark = pytest.mark.oracle
-SIZE, CYCLES = 5e-5, 6  # [m]
-
-
-def displacements(cycles=CYCLES, samples=100):
-    return SIZE * np.sin(2.0 * np.pi * np.arange(cycles * samples + 1) / samples)
-
-
-def stop(x, low, high):
-    """Elongation of a spring whose slider moves at the ends low and high."""
-    d = [0.0]
-    for step in np.diff(x).tolist():
-        d.append(min(max(d[-1] + step, low), high))
-    return np.array(d)
 
 
 def element(x, k, forward, backward=None, backlash=0.0):
-    """Force of a Jenkins element; the backlash is a dead zone of its spring."""
+    """Force of a Jenkins element by a stop operator; the backlash is a dead zone of its spring."""
     backward = forward if backward is None else backward
-    d = stop(x, -0.5 * backlash - backward / k, 0.5 * backlash + forward / k)
+    low, high, d = -0.5 * backlash - backward / k, 0.5 * backlash + forward / k, [0.0]
+    for step in np.diff(x).tolist():
+        d.append(min(max(d[-1] + step, low), high))
     return k * np.sign(d) * np.maximum(np.abs(d) - 0.5 * backlash, 0.0)
 
 
-def distribution(x, law):
-    return sum(element(x, k, limit) for limit, k in zip(*law.distribution(), strict=True))
-
-
 IWAN = rom.Iwan(force=100.0, stiffness=1.5e7, chi=-0.3, beta=0.5)
+X = 5e-5 * np.sin(2.0 * np.pi * np.arange(601) / 100.0)  # six cycles [m]
+ONE, SPRING = element(X, 1e7, 100.0), 1e6 * X
 CASES = {
-    "one": (lambda x: element(x, 1e7, 100.0), {"stiffness": 1e7, "limit": 100.0}),
-    "spring": (
-        lambda x: element(x, 1e7, 100.0) + 1e6 * x,
-        {"stiffness": 1e7, "limit": 100.0, "spring": 1e6},
-    ),
+    "one": (ONE, {"stiffness": 1e7, "limit": 100.0}),
+    "spring": (ONE + SPRING, {"stiffness": 1e7, "limit": 100.0, "spring": 1e6}),
     "damper": (
-        lambda x: element(x, 1e7, 100.0, 150.0, 1e-5),
+        element(X, 1e7, 100.0, 150.0, 1e-5),
         {"stiffness": 1e7, "limit_forward": 100.0, "limit_backward": 150.0, "backlash": 1e-5},
     ),
     "two": (
-        lambda x: element(x, 1e7, 50.0) + element(x, 4e6, 80.0),
+        element(X, 1e7, 50.0) + element(X, 4e6, 80.0),
         {"stiffness_1": 1e7, "stiffness_2": 4e6, "share_1": 50.0 / 130.0, "limit": 130.0},
     ),
     "Iwan": (
-        lambda x: distribution(x, IWAN),
+        sum(element(X, k, limit) for limit, k in zip(*IWAN.distribution(), strict=True)),
         {"stiffness": 1.5e7, "chi": -0.3, "beta": 0.5, "limit": 100.0},
     ),
 }
 
 
 def noisy(name, seed, noise=0.02):
-    x = displacements()
-    force = CASES[name][0](x)
-    rng = np.random.default_rng(seed)
-    return rom.Loop(name, x, force + noise * np.abs(force).max() * rng.standard_normal(x.size))
+    force, rng = CASES[name][0], np.random.default_rng(seed)
+    return rom.Loop(name, X, force + noise * np.abs(force).max() * rng.standard_normal(X.size))
 
 
 @pytest.mark.parametrize("name", CASES)
@@ -89,51 +71,47 @@ def test_intervals_contain_the_true_parameters(name):
 
 
 def test_levels_have_common_stiffness_and_own_limits():
-    x, rng = displacements(), np.random.default_rng(0)
-    forces = {"low": element(x, 1e7, 40.0, 60.0), "high": element(x, 1e7, 100.0, 150.0)}
-    loops = [rom.Loop(n, x, f + 0.5 * rng.standard_normal(x.size)) for n, f in forces.items()]
+    forces = {"low": element(X, 1e7, 40.0, 60.0), "high": element(X, 1e7, 100.0, 150.0)}
+    loops = [rom.Loop(name, X, force) for name, force in forces.items()]
     found = rom.fit_loops(loops)
     assert found.model == "one Jenkins element + limits by direction"
-    assert found.parameters["stiffness"] == pytest.approx(1e7, rel=0.01)
-    assert found.parameters["low.limit_forward"] == pytest.approx(40.0, rel=0.01)
-    assert found.laws["high"].limit == pytest.approx(125.0, rel=0.01)
-    assert found.mean_force["high"] == pytest.approx(-25.0, abs=0.5)
+    assert found.parameters["stiffness"] == pytest.approx(1e7, rel=1e-3)
+    assert found.parameters["low.limit_forward"] == pytest.approx(40.0, rel=1e-3)
+    assert found.laws["high"].limit == pytest.approx(125.0, rel=1e-3)
+    assert found.mean_force["high"] == pytest.approx(-25.0, abs=0.1)
     assert found.law_error == found.error  # limits by direction are a law and a constant force
-    assert "constant force" in found.warnings[0] and "one Jenkins" in repr(found)
-    softer = rom.Loop("soft", x, element(x, 4e6, 60.0, 40.0))
+    softer = rom.Loop("soft", X, element(X, 4e6, 60.0, 40.0))
     assert "do not share their stiffness" in rom.fit_loops([loops[1], softer]).warnings[-1]
 
 
 def test_what_laws_of_structures_lack_is_said():
     found = rom.fit_loops(noisy("damper", 0))
-    assert "no backlash" in found.warnings[0]
+    assert "no backlash" in found.warnings[0] and "constant force" in found.warnings[1]
     assert found.law_error["damper"] > 2.0 * found.error["damper"]
-    x = displacements()
-    stuck = rom.fit_loops(rom.Loop("stuck", x, element(x, 1e5, 100.0) + element(x, 1e6, 1.0)))
-    assert any("do not determine" in line for line in stuck.warnings) or "spring" in stuck.model
+    assert repr(found).startswith("LoopFit: one Jenkins element + backlash + limits by direction")
 
 
 def test_loops_in_files_have_units(tmp_path):
-    x, force = displacements(), noisy("one", 0).force
-    mm, kN = 1e3 * x, 1e-3 * force
-    table = np.column_stack([np.arange(x.size) / 100.0, mm, kN])
+    table = np.column_stack([np.arange(X.size) / 100.0, 1e3 * X, 1e-3 * ONE])
+    arrays = {"displacement": table[:, 1], "force": table[:, 2]}
     np.savetxt(tmp_path / "a.csv", table, "%.9g", ",", header="time [s],x [mm],load [kN]")
-    np.savez(tmp_path / "b.npz", time=table[:, 0], displacement=mm, force=kN)
+    np.savez(tmp_path / "b.npz", time=table[:, 0], **arrays)
     np.savez(tmp_path / "c.npz", loop_1=table, loop_2=table)
-    scipy.io.savemat(tmp_path / "d.mat", {"displacement": mm, "force": kN})
+    scipy.io.savemat(tmp_path / "d.mat", arrays)
     units = {"unit": "mm", "force_unit": "kN"}
     for name, options in {
         "a.csv": {}, "b.npz": units, "c.npz": units | {"channels": (1, 2)}, "d.mat": units,
     }.items():  # fmt: skip
         for loop in rom.read_loops(tmp_path / name, **options):
-            np.testing.assert_allclose(loop.displacement, x, rtol=1e-6, atol=1e-12)
-            np.testing.assert_allclose(loop.force, force, rtol=1e-6, atol=1e-6)
-    with pytest.raises(rom.SlipmodeError, match=r"^unit: .*b.npz does not state one; give unit=$"):
-        rom.read_loops(tmp_path / "b.npz", force_unit="N")
-    with pytest.raises(rom.SlipmodeError, match=r"force_unit: .* does not state one"):
-        rom.read_loops(tmp_path / "b.npz", unit="mm")
-    with pytest.raises(rom.SlipmodeError, match="must have one displacement and one force, got "):
-        rom.read_loops(tmp_path / "c.npz", **units)
+            np.testing.assert_allclose(loop.displacement, X, rtol=1e-6, atol=1e-12)
+            np.testing.assert_allclose(loop.force, ONE, rtol=1e-6, atol=1e-6)
+    for name, options, message in (
+        ("b.npz", {"force_unit": "N"}, r"^unit: .*b.npz does not state one; give unit=$"),
+        ("b.npz", {"unit": "mm"}, r"^force_unit: .* does not state one"),
+        ("c.npz", units, r"must have one displacement and one force, got "),
+    ):
+        with pytest.raises(rom.SlipmodeError, match=message):
+            rom.read_loops(tmp_path / name, **options)
 
 
 @pytest.mark.parametrize(
@@ -147,16 +125,14 @@ def test_loops_in_files_have_units(tmp_path):
     ],
 )
 def test_wrong_loops_are_refused_in_one_line(change, message):
-    loop = noisy("one", 0)
-    with pytest.raises(rom.SlipmodeError, match=message) as refusal:
-        rom.fit_loops(rom.Loop("one", *change(loop.displacement, loop.force)))
-    assert "\n" not in str(refusal.value)
+    with pytest.raises(rom.SlipmodeError, match=message):
+        rom.fit_loops(rom.Loop("one", *change(X, ONE)))
 
 
 @pytest.mark.skipif(not PUBLISHED.exists(), reason="needs published/ of the shared data")
 @pytest.mark.parametrize("level", [0, pytest.param(1, marks=pytest.mark.slow)])
 def test_loops_of_a_friction_damper_are_reproduced(level):
-    """Band tensions of 0 and 36 lb: 7.5 and 7.0 % of the peak force; the peaks are stick-slip."""
+    """Band tensions of 0 and 36 lb: 7.5 and 6.5 % of the peak force; the peaks are stick-slip."""
     loop = rom.read_loops(PUBLISHED, unit="m", force_unit="N", channels=(1, 2))[level]
     found = rom.fit_loops(loop)
     assert found.error[loop.name] < 0.08
