@@ -16,10 +16,10 @@ from slipmode.rom.identification.loops.result import LoopFit
 from slipmode.rom.laws.joint_laws import Iwan, Jenkins, Sliders
 from slipmode.rom.short_repr import percentage, short_list
 
-# A term must lower the rms error by this factor. Of models whose errors differ by less, the one
-# with the fewest parameters is taken, elements before a distribution.
-BETTER = 0.95
-RESOLVED = 1e-3  # errors of the peak force below it count as equal
+# A term must lower the rms error by this share, and by this much of the peak force. Of models
+# whose errors differ by less, the one with the fewest parameters is taken, elements before a
+# distribution.
+GAIN, LEAST_GAIN = 0.05, 1e-3
 POOR = 0.2  # error of the peak force from which the model is doubtful
 SAMPLES = 1500  # of a loop, for the choice of the terms
 MOST_SAMPLES = 20_000  # of a loop, for the fit of the chosen model
@@ -52,9 +52,9 @@ def fit_loops(loops: Loop | Sequence[Loop]) -> LoopFit:
     The force is that of Jenkins elements in parallel. The first model is one element. Further
     terms are limits by direction, a backlash in series, a spring in parallel, another element, and
     Segalman's four-parameter distribution instead of the elements. The term that lowers the rms
-    error most is added if it lowers it by 5 % at least, until no term does. If several larger
-    models differ by less than 5 % in their errors, the one with the fewest parameters is taken,
-    elements before a distribution.
+    error most is added if it lowers it by at least 5 % and by 0.1 % of the peak force, until no
+    term does. If several larger models differ by less in their errors, the one with the fewest
+    parameters is taken, elements before a distribution.
 
     The first two strokes of a loop settle the contacts and are not compared. Inertia and viscous
     forces are not part of the model: measure slowly. Errors are relative to the peak force of each
@@ -106,7 +106,7 @@ def _first(levels: Sequence[Strokes]) -> Fitted:
 def _grown(best: Fitted, *, backlash: bool) -> tuple[Fitted, dict[Terms, float]]:
     """Return the smallest sufficient model that has the terms of a fit, and the tried errors."""
     tried = {best.terms: best.error}
-    while best.error > RESOLVED:
+    while True:
         larger = [
             Fitted.of(terms, best.levels, start)
             for terms, start in best.terms.larger(best.values, _reach(best.levels))
@@ -114,12 +114,11 @@ def _grown(best: Fitted, *, backlash: bool) -> tuple[Fitted, dict[Terms, float]]
         ]
         for each in sorted(larger, key=_error, reverse=True):
             tried[each.terms] = each.error
-        least = min(map(_error, larger))
-        if least > BETTER * best.error:
-            break
-        as_good = [each for each in larger if BETTER * each.error <= max(least, RESOLVED)]
+        least, gain = min(map(_error, larger)), max(GAIN * best.error, LEAST_GAIN)
+        if best.error - least < gain:
+            return best, tried
+        as_good = [each for each in larger if each.error - least < gain]
         best = min(as_good, key=lambda x: (x.logarithms.size, not x.terms.elements, x.error))
-    return best, tried
 
 
 def _reach(levels: Sequence[Strokes]) -> float:
@@ -184,7 +183,7 @@ def _doubts(found: Fitted) -> list[str]:
         )
     if len(found.levels) > 1:
         alone = [_alone(found, i) for i in range(len(found.levels))]
-        if np.sqrt(np.mean(np.square(alone))) < BETTER * found.error:
+        if np.sqrt(np.mean(np.square(alone))) < (1.0 - GAIN) * found.error:
             errors = ", ".join(map(percentage, alone))
             lines.append(
                 "the loops do not share their stiffness: fitted one by one, they have rms errors "

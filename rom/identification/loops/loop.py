@@ -77,8 +77,8 @@ class Strokes:
         strokes = cls(loop.name, [x[part] for part in parts], [force[part] for part in parts])
         if strokes.cycles < FEWEST_CYCLES:
             raise SlipmodeError(
-                f"loops: {loop.name} has {max(strokes.cycles, 0)} complete cycles after the first "
-                f"one, which settles the contacts; at least {FEWEST_CYCLES} are needed"
+                f"loops: {loop.name} must have at least {FEWEST_CYCLES} complete cycles after the "
+                f"first one, which settles the contacts, got {max(strokes.cycles, 0)}"
             )
         if strokes.work() <= 0.0:
             raise SlipmodeError(

@@ -176,7 +176,7 @@ class Fitted:
         free = (along[:, ~known] ** 2).sum(axis=1) > UNKNOWN * (along**2).sum(axis=1)
         fewest = min(level.cycles for level in self.levels)
         quantile = float(scipy.special.stdtrit(fewest - 1, 0.5 + 0.5 * LEVEL))
-        half = quantile * np.sqrt(np.diag(G @ covariance @ G.T))
+        half = quantile * np.sqrt(np.maximum(np.diag(G @ covariance @ G.T), 0.0))
         half[free] = np.inf
         low, high = ((shown + offset) * np.exp(way * half) - offset for way in (-1.0, 1.0))
         ends = zip(low.tolist(), high.tolist(), strict=True)
