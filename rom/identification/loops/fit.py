@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
@@ -12,8 +11,8 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.identification.loops.loop import Loop, Strokes
 from slipmode.rom.identification.loops.model import Terms
 from slipmode.rom.identification.loops.problem import Fitted
-from slipmode.rom.identification.loops.result import LoopFit
-from slipmode.rom.laws.joint_laws import Iwan, Jenkins, Sliders
+from slipmode.rom.identification.loops.result import LoopFit, LoopLaw
+from slipmode.rom.laws.joint_laws import Jenkins, Sliders
 from slipmode.rom.short_repr import percentage, short_list
 
 # A term must lower the rms error by this share, and by this much of the peak force. Of models
@@ -71,6 +70,7 @@ def fit_loops(loops: Loop | Sequence[Loop]) -> LoopFit:
     names = [level.name for level in levels]
     if repeated := sorted({name for name in names if names.count(name) > 1}):
         raise SlipmodeError(f"loops: the name {short_list(repeated)} occurs more than once")
+    notes = [f"{loop.name}: {note}" for loop in given for note in loop.notes]
     full = [level.thinned(MOST_SAMPLES) for level in levels]
     first = _first([level.thinned(SAMPLES) for level in levels])
     small, tried = _grown(first, backlash=True)
@@ -86,7 +86,7 @@ def fit_loops(loops: Loop | Sequence[Loop]) -> LoopFit:
         law_error=dict(zip(names, law.errors.tolist(), strict=True)),
         mean_force={level.name: _mean_force(law, i) for i, level in enumerate(levels)},
         tried={str(terms): error for terms, error in tried.items()},
-        warnings=tuple(_warnings(found, law)),
+        warnings=(*notes, *_warnings(found, law)),
         fitted=found,
         law_fitted=law,
     )
@@ -114,7 +114,8 @@ def _grown(best: Fitted, *, backlash: bool) -> tuple[Fitted, dict[Terms, float]]
         ]
         for each in sorted(larger, key=_error, reverse=True):
             tried[each.terms] = each.error
-        least, gain = min(map(_error, larger)), max(GAIN * best.error, LEAST_GAIN)
+        least = min(map(_error, larger), default=best.error)
+        gain = max(GAIN * best.error, LEAST_GAIN)
         if best.error - least < gain:
             return best, tried
         as_good = [each for each in larger if each.error - least < gain]
@@ -130,14 +131,14 @@ def _error(fitted: Fitted) -> float:
     return fitted.error
 
 
-def _law(found: Fitted, level: int) -> Any:
+def _law(found: Fitted, level: int) -> LoopLaw:
     """Return the contact law with equal limits in both directions."""
     terms, values = found.terms, found.values
     limit = float(np.mean(found.limits(level, values)))
     if not terms.spring and terms.elements == 1:
         return Jenkins(limit, values["stiffness_1"])
     if not terms.spring and not terms.elements:
-        return terms.iwan(values, limit, Iwan.sliders)
+        return terms.iwan(values, limit)
     k, share = terms.sliders(values)
     limits = limit * share
     if terms.spring:
@@ -160,7 +161,7 @@ def _warnings(found: Fitted, law: Fitted) -> list[str]:
             "contact laws of structures have no backlash; the law without it has an rms error of "
             f"{errors} of the peak force"
         )
-    if found.terms.direction:
+    if found.terms.direction or law.terms.direction:
         forces = ", ".join(f"{_mean_force(law, i):.3g} N" for i in range(len(law.levels)))
         lines.append(
             "contact laws of structures have equal limits in both directions; the loops have the "

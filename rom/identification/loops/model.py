@@ -22,8 +22,6 @@ import numpy as np
 from slipmode.rom.arrays import Floats
 from slipmode.rom.laws.joint_laws import LARGEST_CHI, Iwan
 
-SLIDERS = 24  # of a distribution during a fit
-
 Values = dict[str, float]
 
 
@@ -82,10 +80,10 @@ class Terms(NamedTuple):
             new = {f"stiffness_{n}": share * total, f"weight_{n}": 0.5}
             yield self._replace(elements=n), values | new
 
-    def sliders(self, values: Mapping[str, float], count: int = SLIDERS) -> tuple[Floats, Floats]:
+    def sliders(self, values: Mapping[str, float]) -> tuple[Floats, Floats]:
         """Return stiffness [N/m] and share of the limit of each element, in the order of slip."""
         if not self.elements:
-            limit, k = self.iwan(values, 1.0, count).distribution()
+            limit, k = self.iwan(values, 1.0).distribution()
             return k, limit
         numbers = range(1, self.elements + 1)
         k = np.array([values[f"stiffness_{i}"] for i in numbers])
@@ -94,10 +92,10 @@ class Terms(NamedTuple):
         order = np.argsort(share / k)
         return k[order], share[order]
 
-    def iwan(self, values: Mapping[str, float], limit: float, count: int) -> Iwan:
+    def iwan(self, values: Mapping[str, float], limit: float) -> Iwan:
         """Return Iwan's distribution with a limit [N]. The coordinate `chi` is 1 + chi."""
         chi = min(values["chi"] - 1.0, LARGEST_CHI)
-        return Iwan(limit, values["stiffness"], chi, values["beta"], count)
+        return Iwan(limit, values["stiffness"], chi, values["beta"])
 
 
 class Joints(NamedTuple):

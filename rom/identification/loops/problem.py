@@ -142,7 +142,7 @@ class Fitted:
             k, share = terms.sliders(values)
             own = [*k, *share] if terms.elements > 1 else [*k]
         else:
-            own[1] = terms.iwan(values, 1.0, 2).chi
+            own[1] = terms.iwan(values, 1.0).chi
         rest = list(values.values())[len(terms.names(0)) - terms.backlash - terms.spring :]
         return np.array([*own, *rest])
 

@@ -49,12 +49,12 @@ def noisy(name, seed, noise=0.02):
 
 @pytest.mark.parametrize("name", CASES)
 def test_the_model_of_a_loop_is_found(name):
-    """Without noise within 1e-3; of Iwan's law 3.6 %, because the fit has fewer sliders."""
+    """Within 1e-3 with noise of 1e-6 of the peak force, of Iwan's law within 1e-2."""
     found, true = rom.fit_loops(noisy(name, 0, noise=1e-6)), CASES[name][1]
     assert set(true) <= set(found.parameters)
     for key, value in true.items():
-        assert found.parameters[key] == pytest.approx(value, rel=0.05 if name == "Iwan" else 1e-3)
-    assert found.error[name] < 3e-3
+        assert found.parameters[key] == pytest.approx(value, rel=1e-2 if name == "Iwan" else 1e-3)
+    assert found.error[name] < 1e-3
 
 
 @pytest.mark.slow
