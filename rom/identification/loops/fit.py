@@ -19,7 +19,7 @@ from slipmode.rom.short_repr import percentage, short_list
 # whose errors differ by less, the one with the fewest parameters is taken, elements before a
 # distribution.
 GAIN, LEAST_GAIN = 0.05, 1e-3
-POOR = 0.2  # error of the peak force from which the model is doubtful
+LARGE_ERROR = 0.2  # error of the peak force from which the model is doubtful
 SAMPLES = 1500  # of a loop, for the choice of the terms
 MOST_SAMPLES = 20_000  # of a loop, for the fit of the chosen model
 # Limit of a slider that is a spring, relative to the largest force of the spring
@@ -167,17 +167,17 @@ def _warnings(found: Fitted, law: Fitted) -> list[str]:
             "contact laws of structures have equal limits in both directions; the loops have the "
             f"law and a constant force of {forces}"
         )
-    return [*lines, *_doubts(found)]
+    return [*lines, *_shortcomings(found)]
 
 
-def _doubts(found: Fitted) -> list[str]:
+def _shortcomings(found: Fitted) -> list[str]:
     lines = []
     open_ends = [name for name, ends in found.intervals().items() if not np.isfinite(ends).all()]
     if open_ends:
         lines.append(
             f"the loops do not determine {short_list(open_ends)}; a limit needs loops with slip"
         )
-    if found.error > POOR:
+    if found.error > LARGE_ERROR:
         lines.append(
             f"the model has an rms error of {percentage(found.error)} of the peak force: no model "
             "of this family describes the loops"

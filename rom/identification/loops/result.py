@@ -39,11 +39,13 @@ class LoopFit:
     law_error : dict of str to float
         Rms error of the law with the constant force, relative to the peak force [-].
     mean_force : dict of str to float
-        Constant force that acts beside the law in the loop [N].
+        Constant force in addition to the law [N].
     tried : dict of str to float
         Rms errors of all models that were tried [-].
     warnings : tuple of str
         What limits the use of the result, one line each.
+    fitted, law_fitted : Fitted
+        Fits of the model and of the contact law, from which pictures are made.
     """
 
     model: str

@@ -58,7 +58,7 @@ def test_the_model_of_a_loop_is_found(name):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["one", "spring", "damper", "two"])
+@pytest.mark.parametrize("name", CASES)
 def test_intervals_contain_the_true_parameters(name):
     """Nominal 99 %, noise of 2 % of the peak force, seeds 0 to 99: in 97 to 100 of them."""
     true, inside = CASES[name][1], dict.fromkeys(CASES[name][1], 0)

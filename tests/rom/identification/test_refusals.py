@@ -142,7 +142,6 @@ FILES = [
     (read_sine, "two.uff", {}, "choose one"),
     (read_loops, "no_rate.npz", {"unit": None}, "does not state one; give unit="),
     (read_loops, "no_rate.npz", {"force_unit": None}, "does not state one; give force_unit="),
-    (read_loops, "no_rate.npz", {"unit": "g"}, "unit = 'g': must be m (also with prefix n, u, m"),
     (read_loops, "hit.npz", {}, "must have one displacement and one force, got channel 0, chan"),
 ]
 
