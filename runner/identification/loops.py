@@ -29,8 +29,8 @@ def loop_report(found: LoopFit) -> str:
         errors = f"{percentage(error):>14}  {percentage(found.law_error[name]):>14}"
         lines.append(f"{name:{width}}  {errors}  {found.mean_force[name]:.4g} N")
     lines += [
-        "errors are rms over the loop, relative to its peak force; the constant force acts in addition to "
-        "the contact law",
+        "errors are rms over the loop, relative to its peak force; the constant force acts in "
+        "addition to the contact law",
         "",
         _parameters(found),
     ]

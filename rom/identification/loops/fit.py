@@ -167,7 +167,8 @@ def _warnings(found: Fitted, law: Fitted) -> list[str]:
             "contact laws of structures have equal limits in both directions; the loops have the "
             f"law and a constant force of {forces}"
         )
-    return [*lines, *_shortcomings(found)]
+    lines += [*_shortcomings(found), *_unshared("models", found)]
+    return lines if law is found else [*lines, *_unshared("contact laws", law)]
 
 
 def _shortcomings(found: Fitted) -> list[str]:
@@ -182,15 +183,21 @@ def _shortcomings(found: Fitted) -> list[str]:
             f"the model has an rms error of {percentage(found.error)} of the peak force: no model "
             "of this family describes the loops"
         )
-    if len(found.levels) > 1:
-        alone = [_alone(found, i) for i in range(len(found.levels))]
-        if np.sqrt(np.mean(np.square(alone))) < (1.0 - GAIN) * found.error:
-            errors = ", ".join(map(percentage, alone))
-            lines.append(
-                "the loops do not share their stiffness: fitted one by one, they have rms errors "
-                f"of {errors}; fit them separately"
-            )
     return lines
+
+
+def _unshared(name: str, fitted: Fitted) -> list[str]:
+    """Return in a line if the levels are described better by stiffnesses of their own."""
+    if len(fitted.levels) == 1:
+        return []
+    alone = [_alone(fitted, i) for i in range(len(fitted.levels))]
+    if np.sqrt(np.mean(np.square(alone))) > (1.0 - GAIN) * fitted.error:
+        return []
+    errors = ", ".join(map(percentage, alone))
+    return [
+        f"the {name} of the loops do not share their stiffness: fitted one by one, they have rms "
+        f"errors of {errors}; fit the loops separately"
+    ]
 
 
 def _alone(found: Fitted, level: int) -> float:
