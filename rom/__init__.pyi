@@ -34,6 +34,10 @@ from .identification.contacts.fit import fit_contacts as fit_contacts
 from .identification.first_look import LocalRates as LocalRates
 from .identification.identification import Identification as Identification
 from .identification.identification import identify as identify
+from .identification.loops.fit import fit_loops as fit_loops
+from .identification.loops.loop import Loop as Loop
+from .identification.loops.reading import read_loops as read_loops
+from .identification.loops.result import LoopFit as LoopFit
 from .identification.models.identified import IdentifiedBackbone as IdentifiedBackbone
 from .identification.models.identified import IdentifiedLaw as IdentifiedLaw
 from .identification.prediction import Prediction as Prediction

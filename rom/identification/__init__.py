@@ -12,5 +12,6 @@ prediction.py          decays from the first milliseconds of a record
 selection.py           the choice of a law: quiet records predict loud ones
 sine/                  identify_sine(): sine tests of one mode
 contacts/              fit_contacts(): contact laws of a structure from backbones
+loops/                 fit_loops(): contact laws from loops of force against displacement
 models/                identified laws: backbones, and models that run
 """

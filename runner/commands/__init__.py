@@ -62,7 +62,10 @@ TASKS = {
         ),
     },
     "from measurements": {
-        "identify": ("commands.identify", "law, model and FMU from measured decays or sine tests"),
+        "identify": (
+            "commands.identify",
+            "law, model and FMU from measured decays or sine tests; contact law from loops",
+        ),
     },
     "export": {
         "fmu": ("fmi.command", "export a scene's model as an FMU"),

@@ -20,9 +20,13 @@ LONG = 20_000  # samples that take about a second
 
 def commands() -> dict[str, Command]:
     """Return the command."""
-    files = "measured decays or sine tests: text, .npz, .mat, universal files; may have wildcards"
+    files = "measured decays, sine tests or loops: text, .npz, .mat, universal files, or wildcards"
     sine = "the files are sine tests: sweeps or steps of force and response, or steady responses"
-    channels = "by name, or by position from 0 (all); of sine tests force and response, by name"
+    loops = "the files are loops of force against displacement of a joint; several are levels"
+    channels = (
+        "by name, or by position from 0 (all); of sine tests force and response, by name; of "
+        "loops displacement and force"
+    )
     band = "a band [Hz] with one mode alone; twice for two modes, the lower one first"
     held = "predicted, not fitted: records by name or number in it, tests by beginning of the name"
     cross = (
@@ -32,22 +36,24 @@ def commands() -> dict[str, Command]:
     return {
         "identify": Command(
             _identify,
-            "identify hit*.csv --band 100 140 --band 225 260 --unit m/s --hold-out 2 6 -o beam",
+            "identify hit*.csv --band 100 140 --band 225 260 --unit m/s --hold-out 2 6 -o beam; "
+            "slipmode identify --loops damper.csv --unit mm --force-unit kN -o damper",
             Argument("files", nargs="+", metavar="FILES", help=files),
             Argument(
                 "--band",
                 nargs=2,
                 type=float,
                 action="append",
-                required=True,
                 metavar=("LOW", "HIGH"),
                 help=band,
             ),
-            Argument("--sine", action="store_true", help=sine),
             Argument(
                 "--unit", help="of the signals: m, mm/s, m/s^2, g, ... (the one in the file)"
             ),
-            Argument("--force-unit", help="of sine tests: N, kN, ... (the one in the file)"),
+            Argument(
+                "--force-unit",
+                help="of sine tests and loops: N, kN, ... (the one in the file)",
+            ),
             Argument("--sample-rate", type=float, metavar="HZ", help="(the rate in the files)"),
             Argument("--channels", nargs="+", type=_key, help=channels),
             Argument("--hold-out", nargs="+", type=_key, default=[], metavar="NAME", help=held),
@@ -55,6 +61,10 @@ def commands() -> dict[str, Command]:
             Argument("--cross", choices=["auto", "yes", "no"], help=cross),
             Argument("--modal-mass", nargs="+", type=float, metavar="KG", help=mass),
             Argument("-o", "--output", type=Path, default=Path("identified"), help="(identified)"),
+            either=(
+                Argument("--sine", action="store_true", help=sine),
+                Argument("--loops", action="store_true", help=loops),
+            ),
         ),
     }
 
@@ -68,6 +78,10 @@ def _identify(options: Namespace) -> int:
     from slipmode.runner.identification.report import report
 
     check_pictures()
+    if options.loops:
+        return _of_loops(options)
+    if options.band is None:
+        raise SlipmodeError("band: is missing; give the frequencies around each mode, [Hz]")
     shape_at_sensor(len(options.band), options.modal_mass, None)
     with phases("identify", shown=True):
         found = _of_sine_tests(options) if options.sine else _of_decays(options)
@@ -76,6 +90,29 @@ def _identify(options: Namespace) -> int:
     for path in write_files(found, text, options.output, options.modal_mass):
         print(path)
     print_next("slipmode", "run", options.output / "scene.toml")
+    return 0
+
+
+def _of_loops(options: Namespace) -> int:
+    from slipmode.runner.identification.loops import loop_report, write_loop_files
+
+    for name in ("band", "cross", "modal_mass", "sample_rate"):
+        if getattr(options, name) is not None:
+            raise SlipmodeError(f"{name}: is not for loops; leave it out")
+    if options.hold_out or options.law != "auto":
+        name = "hold_out" if options.hold_out else "law"
+        raise SlipmodeError(f"{name}: is not for loops; leave it out")
+    loops = rom.read_loops(
+        options.files,
+        unit=options.unit,
+        force_unit=options.force_unit,
+        channels=options.channels,
+    )
+    with phases("identify", shown=True):
+        found = rom.fit_loops(loops)
+    print(loop_report(found), end="\n\n")
+    for path in write_loop_files(found, options.output):
+        print(path)
     return 0
 
 

@@ -38,19 +38,21 @@ AUDIBLE = 20.0
 
 
 def without_padding(record: Record) -> tuple[Record, tuple[str, ...]]:
-    """Return a record without NaN and zeros after its end.
+    """Return a record without NaN and rest after its end.
 
-    NaN fills arrays of several records. Zeros are the rest after friction has stopped the motion.
+    NaN fills arrays of several records. At rest the signal keeps its value: friction has stopped
+    the motion, in a displacement at an offset.
     """
     finite = np.asarray(np.isfinite(record.signal).any(axis=0))
-    known = np.flatnonzero(finite & (record.signal != 0.0).any(axis=0))
-    samples = int(known[-1]) + 1 if known.size else 0
-    if samples in (0, record.samples):
-        return record, ()
     last = int(finite[::-1].argmax())  # samples that are NaN
+    signal = record.signal[:, : record.samples - last]
+    moving = np.flatnonzero((signal != signal[:, -1:]).any(axis=0))
+    samples = int(moving[-1]) + 1 if moving.size else 0
+    if samples in (0, record.samples - 1):  # constant, or the last sample moves as well
+        samples = record.samples - last
     end = (record.samples - last) / record.sample_rate
     note = f"its last {last} samples, from {end:.4g} s on, are NaN"
-    return replace(record, signal=record.signal[:, :samples]), (note,) if last else ()
+    return replace(record, signal=signal[:, :samples]), (note,) if last else ()
 
 
 def defect(record: Record, bands: Bands) -> str | None:

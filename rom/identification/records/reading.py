@@ -82,7 +82,7 @@ def read_measurement(
     groups = [(path, group) for path in found_files(files) for group in read_groups(path)]
     kept = [
         replace(each, channels=_chosen(each, channels))
-        for path, group in _records(groups, channels)
+        for path, group in records_of(groups, channels)
         for each in [_Read(path, group.name, *signals(path, group, sample_rate))]
     ]
     if not kept:
@@ -105,7 +105,7 @@ def read_measurement(
     return Measurement(records, quantity, common, tuple(names))
 
 
-def _records(
+def records_of(
     groups: Sequence[tuple[Path, Group]], channels: Sequence[str | int] | None
 ) -> Iterator[tuple[Path, Group]]:
     """Yield the records of files, each a group of (samples,) arrays."""

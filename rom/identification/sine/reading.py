@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import chain
 from math import pi
 from pathlib import Path
 from typing import Final
@@ -20,17 +21,17 @@ from slipmode.rom.identification.records.files import (
     found_files,
     read_groups,
 )
+from slipmode.rom.identification.records.units import FORCE, AllowedUnits, override_note
 from slipmode.rom.identification.sine.responses import ORDERS, SineTest, SineTests, checked
 from slipmode.rom.identification.sine.signals import demodulate_sine_test
 from slipmode.rom.short_repr import short_list
-from slipmode.rom.slow.units import Unit, parse_unit
+from slipmode.rom.slow.units import Unit
 
 COLUMNS: Final = ("frequency", "force", "amplitude", "phase")
-_ARGUMENTS: Final = {"force": "force_unit", "response": "unit"}
-_ALLOWED: Final = {
-    "response": "m, m/s, m/s^2 (also with prefix m, u or n) or g",
-    "force": "N (also with prefix m, u, k or M) or lbf",
-}
+_RESPONSE: Final = AllowedUnits(
+    "unit", QUANTITIES, "m, m/s, m/s^2 (also with prefix m, u or n) or g"
+)
+_ALLOWED: Final = {"force": FORCE, "response": _RESPONSE}
 # Largest phase without a unit that may be in radians: two turns.
 _LARGEST_PHASE = 4.0 * pi
 
@@ -98,15 +99,13 @@ def read_sine_tests(
     names = distinct_names([(path, group.name) for path, group, _ in found])
     tests, quantities = [], {}
     for name, (path, group, columns) in zip(names, found, strict=True):
-        units = {key: _unit(path, key, columns[key], each) for key, each in given.items()}
+        units = {
+            key: _ALLOWED[key].unit(path, key, columns[key], each) for key, each in given.items()
+        }
         quantities[units["response"].quantity] = path
         test = _test(path, name, group, columns, units, sample_rate)
-        overridden = tuple(
-            f"{columns[key].name} is in {units[key].name} as given; the file states {own}"
-            for key in _ARGUMENTS
-            if (own := columns[key].unit) not in ("", units[key].name)
-        )
-        tests.append(replace(test, notes=(*test.notes, *overridden)))
+        overridden = (override_note(columns[key], unit) for key, unit in units.items())
+        tests.append(replace(test, notes=(*test.notes, *chain(*overridden))))
     if len(quantities) > 1:
         one = " and ".join(f"{path} has a {key}" for key, path in quantities.items())
         raise SlipmodeError(f"files: must have responses of one quantity, but {one}")
@@ -121,13 +120,13 @@ def _columns(path: Path, group: Group, channels: Sequence[str] | None) -> dict[s
         missing = [name for name in channels if name.lower() not in fields]
         if missing and path.suffix.lower() in UNIVERSAL:
             raise SlipmodeError(f"channels: {path} has {short_list(fields)}, not {missing[0]!r}")
-        chosen = zip(_ARGUMENTS, channels, strict=True)
+        chosen = zip(_ALLOWED, channels, strict=True)
         return {} if missing else {key: fields[name.lower()] for key, name in chosen}
     by_kind = {each.kind: each for each in reversed(group.fields)} | fields
     if all(key in by_kind for key in COLUMNS):
         return {"response" if key == "amplitude" else key: by_kind[key] for key in COLUMNS}
     if "force" in fields and "response" in fields:
-        return {key: fields[key] for key in _ARGUMENTS}
+        return {key: fields[key] for key in _ALLOWED}
     forces, others = _by_force(group)
     return {"force": forces[0], "response": others[0]} if len(forces) == len(others) == 1 else {}
 
@@ -146,23 +145,10 @@ def _missing(path: Path, group: Group, channels: Sequence[str] | None) -> Slipmo
             f"{path}: {group.name or path.stem} has the forces {forces or 'none'} and the "
             f"responses {others or 'none'}; choose one of each by channels="
         )
-    allowed = [COLUMNS, tuple(_ARGUMENTS)] if channels is None else [channels]
+    allowed = [COLUMNS, tuple(_ALLOWED)] if channels is None else [channels]
     needed = ", or the time signals ".join(", ".join(each) for each in allowed)
     names = short_list(each.name for each in renamed(group.fields))
     return SlipmodeError(f"{path}: must have {needed}, got {names}; the force must be measured")
-
-
-def _unit(path: Path, key: str, field: Field, given: str | None) -> Unit:
-    """Return the unit of force or response: `given`, or the unit in the file."""
-    text = field.unit if given is None else given
-    argument = _ARGUMENTS[key]
-    if not text:
-        raise SlipmodeError(f"{argument}: {path} does not state one; give {argument}=")
-    unit, allowed = parse_unit(text), ("force",) if key == "force" else QUANTITIES
-    if unit is None or unit.quantity not in allowed:
-        what = f"{path}: {key} is in {text!r}" if given is None else f"{argument} = {text!r}"
-        raise SlipmodeError(f"{what}: must be {_ALLOWED[key]}")
-    return unit
 
 
 def _test(
@@ -177,7 +163,7 @@ def _test(
     if len({each.values.size for each in columns.values()}) > 1:
         names = ", ".join(each.name for each in columns.values())
         raise SlipmodeError(f"{path}: {names} must have one length")
-    force, response = (units[key].size * np.ravel(columns[key].values) for key in _ARGUMENTS)
+    force, response = (units[key].size * np.ravel(columns[key].values) for key in _ALLOWED)
     if "frequency" not in columns:
         _, rate, notes = signals(path, group, sample_rate)
         return replace(demodulate_sine_test(name, force, response, rate), notes=notes)

@@ -127,6 +127,30 @@ def test_a_constant_friction_force_is_a_law_and_its_model_decays_so():
         )
 
 
+SMALL, WIDE = (0.1, 0.15, 0.2, 0.25, 0.3), (0.1, 0.3, 1.0, 2.0, 3.0)  # [mm]
+
+
+@pytest.mark.parametrize(
+    ("sizes", "unit", "noise"),
+    [
+        (SMALL, "m", 0.0),
+        (SMALL, "mm", 1e-3),
+        pytest.param(WIDE, "mm", 0.0, marks=pytest.mark.slow),
+    ],
+)
+def test_decays_by_friction_may_end_at_rest(sizes, unit, noise):
+    """c = 2 f / (pi omega) with f = 40 mm/s^2; found within 0.2 % in any unit, of any size."""
+    t, omega, rng = np.arange(5000) / 1000.0, 2.0 * np.pi * 50.0, np.random.default_rng(0)
+    mm = 1.0 if unit == "mm" else 1e-3
+    noises = noise * rng.standard_normal((len(sizes), t.size))
+    signals = mm * (np.array([released(t, a, omega, 1e-3, 40.0) for a in sizes]) + noises)
+    found = rom.identify(measurement(signals, 1000.0, unit), bands=[(45.0, 55.0)])
+    assert found.law.form.law == "coulomb" and not found.deviations
+    assert [r.use for r in found.records][1:] == 4 * ["fitted"]
+    c, (low, high) = mm * 80.0 / (np.pi * omega) / found.law.reference[0], found.interval["g_A"]
+    assert found.parameters["g_A"] == pytest.approx(c, rel=0.03) and low < c < high
+
+
 def coupled_decays(q_1=0.0, q_2=0.0, kappa=0.8, records=5):
     rng, t = np.random.default_rng(8), times()
     return [

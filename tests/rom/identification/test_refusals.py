@@ -64,6 +64,10 @@ def read_sine(name, **options):
     rom.read_sine_tests(name, **({"unit": "m/s^2", "force_unit": "N"} | options))
 
 
+def read_loops(name, **options):
+    rom.read_loops(name, **({"unit": "mm", "force_unit": "N"} | options))
+
+
 def demodulate(force=WAVE, response=WAVE, rate=640.0):
     rom.demodulate_sine_test("a", force, response, rate)
 
@@ -136,6 +140,9 @@ FILES = [
     (read_sine, "degrees.csv", {}, "phase reaches 170 and has no unit; write phase"),
     (read_sine, "no_rate.npz", {}, "has neither a sampling rate nor times; give sample_rate="),
     (read_sine, "two.uff", {}, "choose one"),
+    (read_loops, "no_rate.npz", {"unit": None}, "does not state one; give unit="),
+    (read_loops, "no_rate.npz", {"force_unit": None}, "does not state one; give force_unit="),
+    (read_loops, "hit.npz", {}, "must have one displacement and one force, got channel 0, chan"),
 ]
 
 

@@ -1,7 +1,7 @@
 """`slipmode identify` from files to a report, pictures, a scene and an FMU."""
 
 import re
-from pathlib import Path
+import tomllib
 
 import numpy as np
 import pytest
@@ -19,7 +19,6 @@ MASSES = [2.0, 0.5]  # [kg]
 MASS = Oscillator(c3=1.5e8)
 LEVELS = (10, 25, 40, 55, 70)
 SINE, UNITS = ["--sine", "--band", "78", "82"], ["--unit", "m/s^2", "--force-unit", "N"]
-MEASURED = Path(__file__).parents[4] / "shared/data/published/brb_forced_responses_measured.mat"
 
 
 def write(folder, signals, header="time,velocity"):
@@ -160,14 +159,6 @@ def test_the_scene_of_sine_tests_decays_as_the_oscillator(sine, tmp_path):
     assert exact[-1] < 0.15 * x[0]
 
 
-@pytest.mark.oracle
-@pytest.mark.skipif(not MEASURED.exists(), reason="needs published/ of the shared data")
-def test_the_measured_beam_predicts_its_force_controlled_tests(tmp_path, capsys):
-    assert identify(str(MEASURED), *SINE, "--hold-out", "Force", "-o", str(tmp_path)) == 0
-    errors = re.findall(r"held out: error (\S+) %", capsys.readouterr().out)
-    assert len(errors) == 4 and max(map(float, errors)) < 7.0  # 3.9 to 6.8 %
-
-
 REFUSED = [  # files, options, what the line contains
     ("absent", [*BAND_A, *MS], "there is no file"),
     ("sound", BAND_A, "unit: .*hit1.csv does not state one; give --unit, such as"),
@@ -178,6 +169,9 @@ REFUSED = [  # files, options, what the line contains
     ("sound", [*BAND_A, *MS, "--law", "quadratic"], "--band: .*need two modes"),
     ("sine", [*SINE, *UNITS, "--band", "90", "99"], "--band: sine tests are of one mode"),
     ("sine", [*SINE, *UNITS, "--modal-mass", "1"], "--modal-mass: is for decays, not"),
+    ("sound", ["--loops", *BAND_A], "--band: is not for loops; leave it out"),
+    ("sound", ["--loops"], "must have one displacement and one force, got time, velocity"),
+    ("sound", MS, "--band: is missing; give the frequencies around each mode"),
     ("sine", [*SINE[1:], *UNITS], "--force-unit: is for sine tests; give --sine"),
 ]
 
@@ -193,3 +187,18 @@ def test_bad_input_ends_in_one_line(files, options, words, tmp_path, capsys):
     assert not printed.out and not (tmp_path / "out").exists()
     assert re.search(words, line), line
     assert "bands" not in line.split(":")[1] and not re.search(r"\w=(?!\w)", line)
+
+
+def test_loops_give_a_table_of_contacts(tmp_path, capsys):
+    """A Jenkins element of 1e7 N/m and 100 N, and a spring of 1e6 N/m."""
+    x, d = 5e-5 * np.sin(2.0 * np.pi * np.arange(601) / 100.0), [0.0]
+    for step in np.diff(x):
+        d.append(min(max(d[-1] + step, -1e-5), 1e-5))
+    table = np.column_stack([1e3 * x, 1e7 * np.array(d) + 1e6 * x])
+    np.savetxt(tmp_path / "joint.csv", table, "%.9g", ",", header="x [mm],force [N]", comments="")
+    assert identify(str(tmp_path / "joint.csv"), "--loops", "-o", str(tmp_path)) == 0
+    assert "model: one Jenkins element + spring" in capsys.readouterr().out
+    assert (tmp_path / "report.txt").exists() and (tmp_path / "loops.png").exists()
+    (group,) = tomllib.loads((tmp_path / "contacts_joint.toml").read_text())["contacts"]
+    assert group["law"] == "sliders" and group["limit"][0] == pytest.approx(100.0, rel=1e-3)
+    assert group["stiffness"] == pytest.approx([1e7, 1e6], rel=1e-3)
