@@ -30,7 +30,7 @@ from slipmode.rom.reduction.interaction.internal_resonance import InternalResona
 from slipmode.rom.slow.tone.contact_balance import ContactBalance
 from slipmode.rom.slow.tone.coupled_contacts import CoupledContacts
 from slipmode.rom.slow.tone.tone_flow import ToneFlow
-from slipmode.rom.table.local.local_contacts import HIGHEST, LocalContacts
+from slipmode.rom.table.local.local_contacts import LocalContacts
 
 DiskFlow = ToneFlow  # its public name for a mistuned disk
 
@@ -409,7 +409,9 @@ class MistunedDisk:
             Mode, harmonic and strength.
         """
         N, found = self.structure.sectors, []
-        for modes, h in product((self._tuned, self._stuck), range(3, HIGHEST + 1, 2)):
+        for modes, h in product(
+            (self._tuned, self._stuck), range(3, LocalContacts.HIGHEST + 1, 2)
+        ):
             k = h * engine_order % N  # harmonic h acts on this nodal diameter
             name = f"nodal diameter {min(k, N - k)} of family {{}}"
             at = modes.by_diameter[k]

@@ -33,7 +33,7 @@ from slipmode.rom.errors import Finding, UnsettledError
 from slipmode.rom.reduction.combination import CARRIERS, Order, harmonic_orders
 from slipmode.rom.reduction.interaction.internal_resonance import InternalResonance
 from slipmode.rom.reduction.modes_alone import modes_alone
-from slipmode.rom.reduction.nonresonant import HIGHEST_HARMONIC, symmetric
+from slipmode.rom.reduction.nonresonant import HIGHEST_HARMONIC
 from slipmode.rom.short_repr import frozen
 
 if TYPE_CHECKING:
@@ -185,7 +185,8 @@ class WaveProblem(ContactProblem):
         elements = law.elements(waves[0].structure.n_contacts)
         orders = tuple(harmonic_orders(highest, modes, not elements.odd))
         # real flexibility of the march, to which every harmonic adds what its own differs by
-        static = symmetric(np.mean([k.flexibility(0.0, mode).real for k, mode in own], axis=0))
+        static = np.mean([k.flexibility(0.0, mode).real for k, mode in own], axis=0)
+        static = 0.5 * (static + static.T)
         flexibility = [WaveHarmonic.of(carriers, order).flexibility() for order in orders]
         receiving = np.array([each.receiving for each in carriers])
         forces = ContactForces(

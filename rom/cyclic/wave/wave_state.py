@@ -20,7 +20,6 @@ from slipmode.rom.contact.torus.grid import Discretisation
 from slipmode.rom.cyclic.wave.stability.pair_stability import CriticalPair, critical_pair
 from slipmode.rom.cyclic.wave.wave_problem import Carrier, WaveProblem, naming_resonance
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.reduction.force_response import phasor
 from slipmode.rom.short_repr import frozen
 
 # Time steps per period and highest harmonic to which the modes respond, in turn.
@@ -212,7 +211,7 @@ def _state(carrier: Carrier, near: Floats, tolerance: float) -> WaveState | None
         if error <= tolerance * size:
             force, (required,) = carrier.modal_force, balance.required(np.array([size]))
             turn = np.angle(force / required) if force else 0.0
-            return WaveState(complex(phasor(size, turn)), error, balance)
+            return WaveState(complex(size * np.exp(1j * turn)), error, balance)
     raise SlipmodeError(
         f"tolerance: the relative error of the steady wave is above {tolerance:g} with "
         f"{_LEVELS[-1][0]} steps per period; give a larger tolerance"

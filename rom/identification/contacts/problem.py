@@ -18,7 +18,7 @@ from slipmode.rom.identification.contacts.groups import ContactGroups
 from slipmode.rom.identification.contacts.posterior import PRIOR, Fit, Minimum
 from slipmode.rom.identification.contacts.table_check import rates_at_sensor, tabulated
 from slipmode.rom.laws.contacts import Contacts
-from slipmode.rom.laws.joint_laws import LARGEST_CHI
+from slipmode.rom.laws.joint_laws import Iwan
 from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.reduction.reduction import reduce
 from slipmode.rom.short_repr import frozen
@@ -83,7 +83,7 @@ class FitProblem:
     def bounds(self) -> Floats:
         """Lowest and highest allowed logarithms, (2, names)."""
         found: Floats = self.initial + 3.0 * PRIOR * np.array([[-1.0], [1.0]])
-        found[1, [name.endswith(".chi") for name in self.names]] = np.log(1.0 + LARGEST_CHI)
+        found[1, [name.endswith(".chi") for name in self.names]] = np.log(1.0 + Iwan.LARGEST_CHI)
         return found
 
     def law(self, unknowns: Floats) -> Contacts:
