@@ -14,3 +14,7 @@ sine/                  identify_sine(): sine tests of one mode
 contacts/              fit_contacts(): contact laws of a structure from backbones
 models/                identified laws: backbones, and models that run
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

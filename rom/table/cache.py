@@ -48,7 +48,7 @@ def cached_model(
     the same, and the log says so; it will be computed again next time.
     """
     asked = [tolerance, [astuple(term) for term in combinations], harmonics, detuning]
-    named = [record_of(law), *asked, reduced.formulation, reduced.modes, reduced.ratio]
+    named = [*asked, reduced.formulation, reduced.modes, reduced.ratio]
     arrays = arrays_of(reduced, (*REDUCED_ARRAYS, *OPTIONAL_ARRAYS))
     arrays["amplitude"] = extended_range(amplitude, headroom)
 
@@ -69,19 +69,24 @@ def cached_model(
         # The structure, which the caller has, may be large.
         return replace(model, reduced=_last_dof(model.reduced))
 
-    entry, had = model_from_cache(named, arrays, compute)
+    entry, had = model_from_cache(law, named, arrays, compute)
     return _with_shapes(entry, reduced), had
 
 
 def model_from_cache(
-    named: Sequence[object], arrays: Mapping[str, np.ndarray], compute: Callable[[], Model]
+    law: Friction,
+    named: Sequence[object],
+    arrays: Mapping[str, np.ndarray],
+    compute: Callable[[], Model],
 ) -> tuple[Model, bool]:
     """Return a model from the cache, or compute and store it.
 
     Parameters
     ----------
+    law : contact law
+        Law of the contacts.
     named : sequence
-        Numbers, words and plain records that the model depends on, besides the code of `rom`.
+        Numbers and words that the model depends on, besides the law and the code of `rom`.
     arrays : mapping of str to ndarray
         Arrays that the model depends on.
     compute : callable
@@ -94,7 +99,7 @@ def model_from_cache(
     cached : bool
         Whether it came from the cache.
     """
-    header = {"named": [FORMAT, _ENTRY, code_digest("slipmode.rom"), *named]}
+    header = {"named": [FORMAT, _ENTRY, code_digest("slipmode.rom"), record_of(law), *named]}
     name = f"{digest(header, arrays)[:32]}.rom"
     found = disk_cache.find(name, Model.load)
     if found is not None:

@@ -11,8 +11,7 @@ import numpy as np
 
 from slipmode.rom import CyclicStructure, Model, TravellingWave, travelling_wave
 from slipmode.rom.arrays import Floats
-from slipmode.rom.cyclic.wave.wave_motion import SectorWaves
-from slipmode.rom.cyclic.wave.wave_table import cached_waves, reduced_waves
+from slipmode.rom.cyclic import SectorWaves, cached_waves, reduced_waves
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.reduction.reduced import Reduced

@@ -7,14 +7,10 @@ from functools import cached_property
 
 import numpy as np
 
-from slipmode.rom.arrays import Floats
-from slipmode.rom.contact.torus.grid import Discretisation
+from slipmode.rom import Discretisation, Jenkins, Model, SlowTrajectory
+from slipmode.rom.common import Floats, frozen
 from slipmode.rom.cyclic.wave.wave_problem import Carrier, WaveProblem
-from slipmode.rom.laws.joint_laws import Jenkins
-from slipmode.rom.short_repr import frozen
-from slipmode.rom.slow.motion import SPIN_UP_PERIODS, prescribed_motion
-from slipmode.rom.slow.trajectory import SlowTrajectory
-from slipmode.rom.table.model import Model
+from slipmode.rom.slow import SPIN_UP_PERIODS, prescribed_motion
 
 
 @frozen

@@ -24,17 +24,19 @@ from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
-from slipmode.rom.arrays import Complexes, Floats
-from slipmode.rom.contact.problem import ContactProblem
-from slipmode.rom.contact.torus.march import ContactForces
+from slipmode.rom import ContactProblem
+from slipmode.rom.common import Complexes, Finding, Floats, UnsettledError, frozen
+from slipmode.rom.contact import ContactForces
 from slipmode.rom.cyclic.diameter_modes import DiameterModes, SlowMode
 from slipmode.rom.cyclic.structure import excited_diameter
-from slipmode.rom.errors import Finding, UnsettledError
-from slipmode.rom.reduction.combination import CARRIERS, Order, harmonic_orders
-from slipmode.rom.reduction.interaction.internal_resonance import InternalResonance
-from slipmode.rom.reduction.modes_alone import modes_alone
-from slipmode.rom.reduction.nonresonant import HIGHEST_HARMONIC
-from slipmode.rom.short_repr import frozen
+from slipmode.rom.reduction import (
+    CARRIERS,
+    HIGHEST_HARMONIC,
+    InternalResonance,
+    Order,
+    harmonic_orders,
+    modes_alone,
+)
 
 if TYPE_CHECKING:
     from slipmode.rom.cyclic.wave.travelling_wave import TravellingWave

@@ -12,15 +12,11 @@ from functools import cached_property
 import numpy as np
 import scipy
 
-from slipmode.rom.arrays import Complexes, Floats
-from slipmode.rom.contact.problem import TorusProblem
-from slipmode.rom.contact.slip_onset import slip_onset
-from slipmode.rom.contact.terms import ContactTerms
-from slipmode.rom.contact.torus.grid import Discretisation
+from slipmode.rom import Discretisation, SlipmodeError
+from slipmode.rom.common import Complexes, Floats, frozen
+from slipmode.rom.contact import ContactTerms, TorusProblem, slip_onset
 from slipmode.rom.cyclic.wave.stability.pair_stability import CriticalPair, critical_pair
 from slipmode.rom.cyclic.wave.wave_problem import Carrier, WaveProblem, naming_resonance
-from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.short_repr import frozen
 
 # Time steps per period and highest harmonic to which the modes respond, in turn.
 _LEVELS = (

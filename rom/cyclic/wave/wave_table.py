@@ -9,24 +9,17 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike
 
-from slipmode.rom.arrays import Complexes, Floats
-from slipmode.rom.contact.harmonics import Harmonics
+from slipmode.rom import Model, NoContacts, Reduced, SlipmodeError
+from slipmode.rom.common import Complexes, Floats, warn
+from slipmode.rom.contact import Harmonics
 from slipmode.rom.cyclic.wave.wave_problem import (
     Carrier,
     WaveProblem,
     naming_resonance,
     resonance_findings,
 )
-from slipmode.rom.errors import SlipmodeError, warn
-from slipmode.rom.laws.law_record import record_of
-from slipmode.rom.laws.no_contacts import NoContacts
-from slipmode.rom.reduction.combination import CARRIERS
-from slipmode.rom.reduction.modes_alone import modes_alone
-from slipmode.rom.reduction.reduced import Reduced
-from slipmode.rom.table.cache import model_from_cache
-from slipmode.rom.table.dof_response import DofResponse
-from slipmode.rom.table.model import Model
-from slipmode.rom.table.tabulation import tabulate_problem
+from slipmode.rom.reduction import CARRIERS, modes_alone
+from slipmode.rom.table import DofResponse, model_from_cache, tabulate_problem
 
 if TYPE_CHECKING:
     from slipmode.rom.cyclic.wave.travelling_wave import TravellingWave
@@ -100,12 +93,14 @@ def cached_waves(
     first = carriers[0].wave
     disk = first.structure
     waves = [[each.wave.nodal_diameter, each.wave.mode, each.frequency] for each in carriers]
-    named = ["waves", disk.sectors, record_of(first.law), *amplitude, tolerance, *waves]
+    named = ["waves", disk.sectors, *amplitude, tolerance, *waves]
     matrices = (disk.mass, disk.stiffness, disk.damping, disk.own_directions, disk.next_directions)
     arrays: list[np.ndarray] = [disk.left, disk.right, *(each.force for each in carriers)]
     arrays += [part for each in matrices for part in scipy.sparse.find(each)]
     by_name = {str(k): each for k, each in enumerate(arrays)}
-    return model_from_cache(named, by_name, lambda: wave_model(carriers, amplitude, tolerance))
+    return model_from_cache(
+        first.law, named, by_name, lambda: wave_model(carriers, amplitude, tolerance)
+    )
 
 
 def reduced_waves(carriers: Sequence[Carrier]) -> Reduced:

@@ -10,8 +10,8 @@ from typing import Final
 
 import numpy as np
 
-from slipmode.rom.arrays import in_one_line
-from slipmode.rom.errors import SlipmodeError, naming
+from slipmode.rom import SlipmodeError
+from slipmode.rom.common import in_one_line, naming, short_list
 from slipmode.rom.identification.models.sensor_units import QUANTITIES
 from slipmode.rom.identification.records.fields import Field, Group, renamed, signals
 from slipmode.rom.identification.records.files import (
@@ -22,8 +22,7 @@ from slipmode.rom.identification.records.files import (
 )
 from slipmode.rom.identification.sine.responses import ORDERS, SineTest, SineTests, checked
 from slipmode.rom.identification.sine.signals import demodulate_sine_test
-from slipmode.rom.short_repr import short_list
-from slipmode.rom.slow.units import Unit, parse_unit
+from slipmode.rom.slow import Unit, parse_unit
 
 COLUMNS: Final = ("frequency", "force", "amplitude", "phase")
 _ARGUMENTS: Final = {"force": "force_unit", "response": "unit"}
