@@ -13,3 +13,7 @@ rate_correction.py    friction while amplitudes grow: dS_j / d(d|a_k|/dt)
 detuning.py           friction where the forcing is off the carriers: dS_j / dOmega_k
 time_budget.py        limits of time and of counted work
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -14,3 +14,7 @@ diagrams.py         frequencies by nodal diameter, and Campbell diagrams
 wave/               travelling waves from one sector
 mistuned/           disks whose blades differ, all nodal diameters together
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

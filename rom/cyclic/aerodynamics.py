@@ -8,11 +8,17 @@ from typing import Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from slipmode.rom.arrays import Complexes, as_complexes, as_floats, in_one_line
-from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.representable import ALLOWED, fits
-from slipmode.rom.short_repr import frozen
-from slipmode.rom.structure.matrices import Matrix
+from slipmode.rom import SlipmodeError
+from slipmode.rom.common import (
+    ALLOWED,
+    Complexes,
+    as_complexes,
+    as_floats,
+    fits,
+    frozen,
+    in_one_line,
+)
+from slipmode.rom.structure import Matrix
 
 
 @frozen

@@ -8,15 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from slipmode.rom.arrays import Floats
+from slipmode.rom import SlipmodeError, Units
+from slipmode.rom.common import RPM, Floats, frozen
 from slipmode.rom.cyclic.diameter_modes import DiameterModes
 from slipmode.rom.cyclic.structure import CyclicStructure, checked_integer, excited_diameter
-from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.frequencies import RPM
-from slipmode.rom.laws.contacts import Elastic
-from slipmode.rom.short_repr import frozen
-from slipmode.rom.slow.branches.curve_result import axes_or_current, label_point
-from slipmode.rom.slow.units import SI, Units
+from slipmode.rom.laws import Elastic
+from slipmode.rom.slow import SI, axes_or_current, label_point
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -11,19 +11,17 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike
 
-from slipmode.rom.arrays import Complexes, Flags, Floats
+from slipmode.rom import SlipmodeError
+from slipmode.rom.common import Complexes, Flags, Floats, frozen
 from slipmode.rom.cyclic.structure import CyclicStructure
-from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.reduction.combination import Order
-from slipmode.rom.reduction.interaction.internal_resonance import (
+from slipmode.rom.reduction import (
+    MOST_MODES,
     InternalResonance,
+    Order,
     harmonic_decay,
     harmonic_gain,
 )
-from slipmode.rom.reduction.nonresonant import MOST_MODES
-from slipmode.rom.short_repr import frozen
-from slipmode.rom.structure.solvers.factorisation import NotPositiveDefiniteError
-from slipmode.rom.structure.solvers.lowest_modes import lowest_modes
+from slipmode.rom.structure import NotPositiveDefiniteError, lowest_modes
 
 # Square of the lowest frequency below which sectors move as a rigid body, relative to the largest
 # stiffness per mass of a DOF: rounding errors of assembly are 1e-16 of it.

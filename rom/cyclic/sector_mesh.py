@@ -8,11 +8,10 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike, NDArray
 
-from slipmode.rom.arrays import Floats, as_floats, in_one_line
+from slipmode.rom import SlipmodeError, Structure
+from slipmode.rom.common import Floats, as_floats, in_one_line
 from slipmode.rom.cyclic.structure import CyclicStructure, checked_integer, distinct
-from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.structure.matrices import MatrixLike, as_csc, as_matrix
-from slipmode.rom.structure.structure import Structure
+from slipmode.rom.structure import MatrixLike, as_csc, as_matrix
 
 _FITS = 1e-5  # distance of nodes that meet, relative to the sector's extent: rounded exports
 

@@ -12,19 +12,19 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike, NDArray
 
-from slipmode.rom.arrays import Complexes, as_complexes, in_one_line
+from slipmode.rom import Rayleigh, SlipmodeError, Structure
+from slipmode.rom.common import Complexes, Finding, as_complexes, in_one_line, warn
 from slipmode.rom.cyclic.aerodynamics import Aerodynamics
-from slipmode.rom.errors import Finding, SlipmodeError, warn
-from slipmode.rom.structure.damping import Rayleigh
-from slipmode.rom.structure.matrices import (
+from slipmode.rom.structure import (
+    Elimination,
     Matrix,
     MatrixLike,
     as_csc,
     as_matrix,
     as_symmetric,
+    checked_damping,
+    eliminate,
 )
-from slipmode.rom.structure.solvers.elimination import Elimination, eliminate
-from slipmode.rom.structure.structure import Structure, checked_damping
 
 
 @dataclass(frozen=True, init=False, eq=False, repr=False)

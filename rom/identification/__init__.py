@@ -15,3 +15,7 @@ contacts/              fit_contacts(): contact laws of a structure from backbone
 loops/                 fit_loops(): contact laws from loops of force against displacement
 models/                identified laws: backbones, and models that run
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

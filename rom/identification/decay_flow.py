@@ -11,10 +11,9 @@ from dataclasses import field, replace
 import numpy as np
 import scipy
 
-from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.common import Complexes, Floats, frozen
 from slipmode.rom.identification.records.measurement import Record
 from slipmode.rom.identification.slow_laws import SlowLaw, complex_rates, parts
-from slipmode.rom.short_repr import frozen
 
 # A step times the fastest rate of slow time is at most x = 0.2. Interpolation between steps has a
 # relative error of x^4 / 384 = 4e-6, a step one of x^5 / 120 = 3e-6.

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from slipmode.rom.arrays import Floats
+from slipmode.rom.common import Floats, frozen, percentage
 from slipmode.rom.identification.decay_flow import Decays
 from slipmode.rom.identification.first_look import FirstLook, demodulate, local_rates
 from slipmode.rom.identification.fit import LEAST_RECORDS, Fit, interval_half_width
 from slipmode.rom.identification.records.measurement import Bands
-from slipmode.rom.short_repr import frozen, percentage
 
 # Smallest amplitude of the range relative to the largest. Mode B of the double beam is below 0.5 %
 # after 1.2 s, where its motion is due to the quadratic coupling with mode A.

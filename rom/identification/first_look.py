@@ -7,10 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 import scipy
 
-from slipmode.rom.arrays import Complexes, Floats, as_floats
+from slipmode.rom.common import Complexes, Floats, as_floats, frozen
 from slipmode.rom.identification.records.measurement import Bands, Prepared
 from slipmode.rom.identification.slow_laws import LawForm, SlowLaw
-from slipmode.rom.short_repr import frozen
 
 # Standard deviations of the filter in time that are cut at both ends, and half a window.
 EDGE = 4.0

@@ -11,11 +11,10 @@ from dataclasses import replace
 import numpy as np
 import scipy
 
-from slipmode.rom.arrays import Complexes, Flags, Floats
-from slipmode.rom.errors import SlipmodeError
+from slipmode.rom import SlipmodeError
+from slipmode.rom.common import Complexes, Flags, Floats, frozen
 from slipmode.rom.identification.decay_flow import Decays, as_columns
 from slipmode.rom.identification.slow_laws import LawForm, SlowLaw
-from slipmode.rom.short_repr import frozen
 
 # Step of forward differences in the scale of each parameter. Derivatives have errors of about
 # the same size, which change the path to the optimum but not the optimum itself.

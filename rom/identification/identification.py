@@ -8,7 +8,8 @@ from typing import Literal
 
 import numpy as np
 
-from slipmode.rom.errors import SlipmodeError
+from slipmode.rom import SlipmodeError
+from slipmode.rom.common import frozen
 from slipmode.rom.identification.decay_flow import STEP, Decays
 from slipmode.rom.identification.deviations import QUIET, Deviation
 from slipmode.rom.identification.first_look import FirstLook
@@ -40,7 +41,6 @@ from slipmode.rom.identification.selection import (
 )
 from slipmode.rom.identification.slow_laws import LawForm, LawName, allowed_forms
 from slipmode.rom.identification.uncertainty import uncertainty
-from slipmode.rom.short_repr import frozen
 
 
 @frozen

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.common import Complexes, Floats
 from slipmode.rom.identification.records.measurement import Record
 from slipmode.rom.identification.slow_laws import SlowLaw
 

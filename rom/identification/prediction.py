@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from slipmode.rom.arrays import Floats
+from slipmode.rom.common import Floats, frozen
 from slipmode.rom.identification.decay_flow import Decays
 from slipmode.rom.identification.initial_amplitudes import first_window, initial_amplitudes
 from slipmode.rom.identification.records.measurement import Record
 from slipmode.rom.identification.uncertainty import Uncertainty
-from slipmode.rom.short_repr import frozen
 
 
 @frozen

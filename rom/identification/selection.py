@@ -7,7 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from slipmode.rom.errors import SlipmodeError
+from slipmode.rom import SlipmodeError
+from slipmode.rom.common import percentage
 from slipmode.rom.identification.decay_flow import STEP, Decays
 from slipmode.rom.identification.deviations import QUIET, Deviation, systematic_deviations
 from slipmode.rom.identification.first_look import FirstLook
@@ -17,7 +18,6 @@ from slipmode.rom.identification.prediction import normalised_error
 from slipmode.rom.identification.records.measurement import Bands, Prepared
 from slipmode.rom.identification.records.preparation import Plan
 from slipmode.rom.identification.slow_laws import CONSTANT_FORCE, LawForm, SlowLaw
-from slipmode.rom.short_repr import percentage
 
 # Distance from 1:2, relative to the fastest rate of slow time, up to which laws with a quadratic
 # coupling are tried. There the coupling drives B at a third of the amplitude at resonance, and to

@@ -24,9 +24,8 @@ from typing import Any, Final, Literal, get_args
 import numpy as np
 import scipy
 
-from slipmode.rom.arrays import Complexes, Flags, Floats, in_one_line
-from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.short_repr import frozen
+from slipmode.rom import SlipmodeError
+from slipmode.rom.common import Complexes, Flags, Floats, frozen, in_one_line
 
 LawName = Literal["linear", "coulomb", "iwan", "power", "quadratic"]
 

@@ -11,7 +11,7 @@ from dataclasses import field, replace
 
 import numpy as np
 
-from slipmode.rom.arrays import Floats
+from slipmode.rom.common import Floats, frozen
 from slipmode.rom.identification.decay_flow import STEP, Decays
 from slipmode.rom.identification.deviations import Deviation
 from slipmode.rom.identification.fit import (
@@ -24,7 +24,6 @@ from slipmode.rom.identification.fit import (
 )
 from slipmode.rom.identification.initial_amplitudes import first_window, initial_amplitudes
 from slipmode.rom.identification.slow_laws import LawForm, SlowLaw
-from slipmode.rom.short_repr import frozen
 
 # Of each record, of equal duration. Of 60 structures of test_jointed_structures.py, 90 % have all
 # true parameters in their intervals with 8 parts, 95 % with 10, 85 % with 12.

@@ -10,3 +10,7 @@ directions.py          contact DOFs in words, and a check of their directions
 law_record.py          laws as plain records, for files
 states.py              contacts that stick, slip or are open; energy in their springs
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -11,8 +12,6 @@ from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.elements import Elements, checked, per_contact, sliders_on
 from slipmode.rom.short_repr import short_repr
-
-LARGEST_CHI = 1.0
 
 
 @dataclass(frozen=True)
@@ -100,12 +99,14 @@ class Iwan:
     Segalman, D. J., A four-parameter Iwan model for lap-type joints, J. Appl. Mech. 72 (2005).
     """
 
+    LARGEST_CHI: ClassVar[float] = 1.0
+
     force: float
     stiffness: float
     chi: float
     beta: float
     # 18 per decade of displacement: from 3e-3 of macro-slip on, the dissipation is within 1 % of
-    # the continuous distribution's, for chi up to LARGEST_CHI within 2.1 %
+    # the continuous distribution's, for chi up to 1 within 2.1 %
     # (tests/rom/contact/test_one_contact.py)
     sliders: int = 72
 
@@ -115,9 +116,9 @@ class Iwan:
         checked("force", self.force, "[N]", positive=True)
         checked("stiffness", self.stiffness, "[N/m]", positive=True)
         checked("beta", self.beta, "[-]")
-        if not -1.0 < self.chi <= LARGEST_CHI:
+        if not -1.0 < self.chi <= self.LARGEST_CHI:
             raise SlipmodeError(
-                f"chi: must be above -1 and at most {LARGEST_CHI:g}, got {self.chi}"
+                f"chi: must be above -1 and at most {self.LARGEST_CHI:g}, got {self.chi}"
             )
         if not 2 <= self.sliders <= 1000:
             raise SlipmodeError(f"sliders: must be 2 to 1000, got {self.sliders}")

@@ -9,3 +9,7 @@ interaction/          internal resonances, and modes that must be retained toget
 combination.py        harmonics n Omega_A + m Omega_B that come near a carrier
 force_response.py     effects of the forces besides the excitation of their own mode
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -16,3 +16,7 @@ rates/            damping and frequency of free vibration, and models made from 
 transient.py      estimate of the error in transients
 units.py          units of pictures and tables
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

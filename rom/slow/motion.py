@@ -21,13 +21,16 @@ from slipmode.rom import kernel
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.torus.march import contact_problem
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.reduction.combination import CARRIERS
+from slipmode.rom.laws.contacts import Elastic
+from slipmode.rom.reduction.combination import CARRIERS, Order
+from slipmode.rom.reduction.modes_alone import modes_alone
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.nonresonant.response import ModalResponse, modal_response
 from slipmode.rom.slow.trajectory import SlowTrajectory
 from slipmode.rom.table.model import Model
 
 SPIN_UP_PERIODS = 10.0
+_ELASTIC_STEPS = 64  # steps per period: elastic contacts have no motion of their own within one
 
 
 @frozen
@@ -131,21 +134,55 @@ def reconstruct(
     reaction = np.ascontiguousarray(2.0 * response.reaction)
     segments = part.segments(model)
     effective = part.contact_segments(segments, reaction)
-    shape = (sample.size, model.reduced.n_contacts)
-    x, v, f = np.empty(shape), np.empty(shape), np.empty(shape)
-    problem = contact_problem(model.reduced, model.law, response.orders)
     if steps_per_period is None:
-        # elastic contacts have no motion of their own within a step
-        steps_per_period = 128 if model.reduced.contacts is None else 64
-    samples = kernel.ContactSamples(sample.size, sample, x, v, f)
-    if shape[1]:
-        status = kernel.lib.sm_contact_motion(
-            problem, len(effective), effective, None, steps_per_period, samples
-        )
-        kernel.check(status, "contact motion")
+        steps_per_period = 128 if model.reduced.contacts is None else _ELASTIC_STEPS
+    problem = contact_problem(model.reduced, model.law, response.orders)
+    x, v, f = _integrated(problem, effective, steps_per_period, sample)
     scale = part.scale_at(sample)[:, np.newaxis]
     modal, load = _summed(model, part, response, [], segments, sample)
     return Motion(sample, scale * x, scale * v, scale * f, modal, load, _static(model, part))
+
+
+def prescribed_motion(
+    model: Model,
+    trajectory: SlowTrajectory,
+    law: Elastic,
+    orders: Sequence[Order],
+    displacement: Complexes,
+    times: Floats,
+) -> tuple[Floats, Floats, Floats]:
+    """Return displacement, velocity and force of elastic contacts with prescribed displacement.
+
+    The contact law is integrated along the trajectory, from its start.
+
+    Parameters
+    ----------
+    model : Model
+        Model of the simulation.
+    trajectory : SlowTrajectory
+        Slow trajectory of this model.
+    law : elastic law
+        Law of the contacts.
+    orders : sequence of (n, m)
+        Harmonics of the displacement.
+    displacement : (steps + 1, orders, N_c) complex ndarray
+        Harmonics c_nm of the displacement 2 Re(c_nm exp(i (n theta_A + m theta_B))) at the times
+        of the trajectory [m].
+    times : (n,) ndarray
+        Increasing times of the samples within the trajectory [s].
+
+    Returns
+    -------
+    displacement, velocity, force : (n, N_c) ndarray
+        Contact displacements [m], velocities [m/s] and forces [N].
+    """
+    # No mode and no flexibility moves these contacts.
+    frequency = model.reduced.frequency
+    elements = law.elements(displacement.shape[2])
+    alone = modes_alone(frequency, 0.0 * frequency, np.zeros((1, frequency.size)), elements)
+    moved = np.ascontiguousarray(2.0 * displacement)
+    segments = trajectory.contact_segments(trajectory.segments(model), moved)
+    return _integrated(contact_problem(alone, law, orders), segments, _ELASTIC_STEPS, times)
 
 
 def sum_harmonics(model: Model, trajectory: SlowTrajectory, times: ArrayLike) -> Motion:
@@ -192,6 +229,24 @@ def sum_harmonics(model: Model, trajectory: SlowTrajectory, times: ArrayLike) ->
     contact = [displacement, velocity, force]
     x, v, f, modal, load = _summed(model, part, response, contact, part.segments(model), sample)
     return Motion(sample, x, v, f, modal, load, _static(model, part))
+
+
+def _integrated(
+    problem: kernel.Structure, segments: np.ndarray, steps_per_period: int, times: Floats
+) -> tuple[Floats, Floats, Floats]:
+    """Return displacement, velocity and force of the contacts (times, N_c), by time integration.
+
+    `segments` are the result of `SlowTrajectory.contact_segments`.
+    """
+    x, v, f = (np.empty((times.size, problem.contacts)) for _ in range(3))
+    if problem.contacts:
+        sample = kernel.contiguous(times)
+        samples = kernel.ContactSamples(sample.size, sample, x, v, f)
+        status = kernel.lib.sm_contact_motion(
+            problem, len(segments), segments, None, steps_per_period, samples
+        )
+        kernel.check(status, "contact motion")
+    return x, v, f
 
 
 def _sample_times(trajectory: SlowTrajectory, times: ArrayLike) -> Floats:

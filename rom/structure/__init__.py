@@ -12,3 +12,7 @@ choice.py       which matrices of a file are the mass, the stiffness, the dampin
 matrices.py     dense or sparse matrices, checked
 pairing/        contacts from meshes: W, areas, gaps and frames of surfaces that face each other
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

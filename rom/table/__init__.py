@@ -9,3 +9,7 @@ local/               tables by contact, of several modes on one tone
 model.py             Model and its file, whose content model_content.py checks; accuracy.py
 cache.py             models kept on disk, by disk_cache.py, which bounds them
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

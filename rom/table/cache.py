@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import astuple, replace
 from typing import Any
 
 import numpy as np
 
-from slipmode.rom.arrays import Floats
 from slipmode.rom.laws.friction import Friction
 from slipmode.rom.laws.law_record import record_of
 from slipmode.rom.reduction.combination import CombinationResonance
@@ -49,28 +48,65 @@ def cached_model(
     the same, and the log says so; it will be computed again next time.
     """
     asked = [tolerance, [astuple(term) for term in combinations], harmonics, detuning]
-    key = _key(reduced, law, extended_range(amplitude, headroom), asked)
-    name = f"{key}.rom"
+    named = [*asked, reduced.formulation, reduced.modes, reduced.ratio]
+    arrays = arrays_of(reduced, (*REDUCED_ARRAYS, *OPTIONAL_ARRAYS))
+    arrays["amplitude"] = extended_range(amplitude, headroom)
+
+    def compute() -> Model:
+        model = tabulate(
+            _numbered(reduced),
+            law,
+            amplitude,
+            tolerance,
+            combinations=combinations,
+            harmonics=harmonics,
+            headroom=headroom,
+            detuning=detuning,
+            budget=budget,
+            progress=progress,
+            warned=False,
+        )
+        # The structure, which the caller has, may be large.
+        return replace(model, reduced=_last_dof(model.reduced))
+
+    entry, had = model_from_cache(law, named, arrays, compute)
+    return _with_shapes(entry, reduced), had
+
+
+def model_from_cache(
+    law: Friction,
+    named: Sequence[object],
+    arrays: Mapping[str, np.ndarray],
+    compute: Callable[[], Model],
+) -> tuple[Model, bool]:
+    """Return a model from the cache, or compute and store it.
+
+    Parameters
+    ----------
+    law : contact law
+        Law of the contacts.
+    named : sequence
+        Numbers and words that the model depends on, besides the law and the code of `rom`.
+    arrays : mapping of str to ndarray
+        Arrays that the model depends on.
+    compute : callable
+        Returns the model.
+
+    Returns
+    -------
+    model : Model
+        The model.
+    cached : bool
+        Whether it came from the cache.
+    """
+    header = {"named": [FORMAT, _ENTRY, code_digest("slipmode.rom"), record_of(law), *named]}
+    name = f"{digest(header, arrays)[:32]}.rom"
     found = disk_cache.find(name, Model.load)
     if found is not None:
-        return _with_shapes(found, reduced), True
-    model = tabulate(
-        _numbered(reduced),
-        law,
-        amplitude,
-        tolerance,
-        combinations=combinations,
-        harmonics=harmonics,
-        headroom=headroom,
-        detuning=detuning,
-        budget=budget,
-        progress=progress,
-        warned=False,
-    )
-    # The structure, which the caller has, may be large.
-    entry = replace(model, reduced=_last_dof(model.reduced))
-    disk_cache.keep(name, entry.save)
-    return _with_shapes(entry, reduced), False
+        return found, True
+    model = compute()
+    disk_cache.keep(name, model.save)
+    return model, False
 
 
 def _numbered(reduced: Reduced) -> Reduced:
@@ -103,11 +139,3 @@ def _with_shapes(entry: Model, reduced: Reduced) -> Model:
     shapes["nonresonant_shapes"] = shapes["nonresonant_shapes"][:, kept]
     of = replace(entry.reduced, structure=reduced.structure, **shapes)
     return replace(entry, reduced=of)
-
-
-def _key(reduced: Reduced, law: Friction, amplitude: Floats, asked: Sequence[object]) -> str:
-    """Hash of everything that the table depends on."""
-    arrays = arrays_of(reduced, (*REDUCED_ARRAYS, *OPTIONAL_ARRAYS)) | {"amplitude": amplitude}
-    named = [FORMAT, _ENTRY, code_digest("slipmode.rom"), record_of(law), *asked]
-    named += [reduced.formulation, reduced.modes, reduced.ratio]
-    return digest({"named": named}, arrays)[:32]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import asdict, astuple, dataclass
 from functools import cached_property
@@ -353,7 +353,7 @@ def arrays_of(holder: object, names: Iterable[str]) -> dict[str, np.ndarray]:
     return {name: np.asarray(array) for name, array in given.items() if array is not None}
 
 
-def digest(header: dict[str, Any], content: dict[str, np.ndarray]) -> str:
+def digest(header: Mapping[str, Any], content: Mapping[str, np.ndarray]) -> str:
     """Hexadecimal hash of the content of a model file."""
     found = hashlib.sha256(json.dumps(header, sort_keys=True).encode())
     for name in sorted(content):

@@ -25,6 +25,7 @@ from slipmode.rom.reduction.combination import CombinationResonance, Order
 from slipmode.rom.reduction.reduction import Reduced
 from slipmode.rom.reduction.tones import combinations_along
 from slipmode.rom.representable import LARGEST_PRODUCT, SMALLEST_PRODUCT
+from slipmode.rom.short_repr import frozen
 from slipmode.rom.table.accuracy import Accuracy
 from slipmode.rom.table.candidates import Candidate, candidates
 from slipmode.rom.table.corrections import with_detuning, with_rate_correction
@@ -316,6 +317,87 @@ def _advice(modes: int) -> str:
     """Return what makes a table of so many modes cheaper."""
     fewer = ", one mode" if modes == 2 else ""
     return f"a larger tolerance, smaller amplitudes{fewer}, or fewer contacts or sliders"
+
+
+@frozen
+class ProblemTable:
+    """Hold the friction table of a contact problem, and the contact motion at its nodes.
+
+    Attributes
+    ----------
+    table : Table
+        Friction terms S_j over the amplitudes, with their corrections. The power is 0.
+    carriers : (n_a, [n_b,] modes, N_c) complex ndarray
+        Harmonics P of the contacts at the carriers at the nodes: force deficits of elastic
+        contacts [N], displacements of rigid contacts [m].
+    accuracy : Accuracy
+        Measured errors of the table.
+    """
+
+    table: Table
+    carriers: Complexes
+    accuracy: Accuracy
+
+
+def tabulate_problem(
+    problem: ContactProblem, amplitude: Sequence[float], tolerance: float
+) -> ProblemTable:
+    """Return the friction table of a contact problem.
+
+    Parameters
+    ----------
+    problem : ContactProblem
+        Contact problem of one or two modes without combination resonances.
+    amplitude : sequence of float
+        Largest amplitude |a_j| of each mode [kg^1/2 m].
+    tolerance : float
+        Relative error of the amplitude equation [-], as in `rom.tabulate`.
+
+    Returns
+    -------
+    ProblemTable
+        Table, contact motion at its nodes, and errors.
+
+    Raises
+    ------
+    SlipmodeError
+        If an amplitude or the tolerance is outside its range, or the tolerance cannot be reached.
+    UnsettledError
+        If no periodic contact motion is found.
+    """
+    reduced, ends = problem.reduced, as_floats("amplitude", amplitude)
+    modes = len(reduced.modes)
+    check_request(ends, modes, tolerance, amplitude)
+    budget, forever, residuals = ErrorBudget(tolerance), TimeBudget(np.inf), [0.0]
+
+    def sample(amplitudes: Floats, near: Complexes | None = None) -> Complexes:
+        terms = torus.solve(amplitudes)
+        terms.check_periodic()
+        residuals.extend(terms.residual)
+        at_carriers = terms.P[:, :modes].reshape(len(amplitudes), -1)
+        return np.hstack((terms.S, np.zeros((len(amplitudes), 1)), at_carriers))
+
+    resolution = ResolutionSearch(problem, ends, budget, map, forever).choose()
+    torus = problem.on(resolution.grid, resolution.march, smallest_scale(reduced, ends))
+    sampling = Sampling(sample, problem, ends, budget.march, kept=True)
+    table, carriers, error = refine(sampling, budget.interpolation, forever)
+    assert carriers is not None  # `kept`
+    table = with_rate_correction(table, torus, tolerance, map)
+    detuning = None
+    if modes == 1:
+        table, detuning = with_detuning(table, torus, map, tolerance, MOST_DETUNING)
+    accuracy = Accuracy(
+        tolerance,
+        error,
+        resolution.error,
+        periodicity=float(max(residuals)),
+        detuning=detuning,
+        steps=resolution.grid.steps,
+        lines=resolution.grid.lines,
+        solved=len(residuals) - 1,
+    )
+    nodes = tuple(axis.size for axis in table.axes)
+    return ProblemTable(table, carriers.reshape(*nodes, modes, -1), accuracy)
 
 
 def extended_range(amplitude: Sequence[float], headroom: float) -> Floats:

@@ -23,6 +23,9 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
+# For other rooms; a command imports more.
+__all__ = ["SCENE", "Argument", "Command"]
+
 # Commands by task, as the help lists them: the module of each, and what it does.
 TASKS = {
     "run and look": {

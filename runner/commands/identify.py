@@ -9,8 +9,7 @@ from typing import Literal
 
 from slipmode import rom
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.identification.models.sensor_units import sensor_unit, shape_at_sensor
-from slipmode.rom.identification.slow_laws import LAWS
+from slipmode.rom.identification import LAWS, sensor_unit, shape_at_sensor
 from slipmode.rom.progress import phase, phases
 from slipmode.runner.commands import Argument, Command, print_next
 from slipmode.runner.pictures import check_pictures

@@ -10,21 +10,17 @@ from typing import Any
 
 import numpy as np
 
-from slipmode.fmu.archive.browser import browser_files, browser_module
-from slipmode.fmu.description.options import ExportOptions
-from slipmode.fmu.variables.listing import list_variables
-from slipmode.fmu.variables.variable import Variable
+from slipmode.fmu.archive import browser_files, browser_module
+from slipmode.fmu.description import ExportOptions
+from slipmode.fmu.variables import Variable, list_variables
 from slipmode.rom import Model, SlipmodeError
-from slipmode.rom.laws.directions import contact_directions
-from slipmode.rom.laws.friction import is_homogeneous
-from slipmode.rom.validity import warn
+from slipmode.rom.common import warn
+from slipmode.rom.laws import contact_directions, is_homogeneous
+from slipmode.runner import Scene, load_scene, make_plan
 from slipmode.runner.explore.inputs import page_inputs
 from slipmode.runner.explore.page_file import write_page
-from slipmode.runner.plan.plan import ModesPlan
-from slipmode.runner.plan.planning import make_plan
-from slipmode.runner.scene.scene import Scene, load_scene
-from slipmode.runner.view.labels import units_of
-from slipmode.runner.view.plots import PLOTS
+from slipmode.runner.plan import ModesPlan
+from slipmode.runner.view import PLOTS, units_of
 
 # Range of the friction table relative to the scene's; limits may fall to a quarter
 HEADROOM, SCALED = 2.0, 4.0

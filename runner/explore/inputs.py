@@ -8,12 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from slipmode.rom import Model
-from slipmode.rom.contact.slip_onset import slip_onset
-from slipmode.rom.laws.friction import is_homogeneous
-from slipmode.rom.slow.units import Units
-from slipmode.runner.fmi.export import largest_forces
-from slipmode.runner.plan.plan import ModesPlan
+from slipmode.rom import Model, Units
+from slipmode.rom.contact import slip_onset
+from slipmode.rom.laws import is_homogeneous
+from slipmode.runner.fmi import largest_forces
+from slipmode.runner.plan import ModesPlan
 
 
 def page_inputs(

@@ -12,7 +12,7 @@ from string import Template
 from typing import Any
 
 from slipmode.rom import __version__
-from slipmode.rom.storage.files import replacing
+from slipmode.rom.storage import replacing
 
 _PAGE = Path(__file__).with_name("page")
 

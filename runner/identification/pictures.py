@@ -10,9 +10,7 @@ import numpy as np
 
 from slipmode.rom import Identification, SineIdentification
 from slipmode.rom.extras import extra
-from slipmode.rom.identification.first_look import demodulate
-from slipmode.rom.identification.sine.levels import complex_rate
-from slipmode.rom.identification.sine.responses import ORDERS
+from slipmode.rom.identification import ORDERS, complex_rate, demodulate
 from slipmode.rom.short_repr import percentage
 from slipmode.runner.pictures import page_figure, write_beside
 

@@ -9,3 +9,7 @@ amplitude_range.py   a dry run on a coarse table: how far the amplitudes go
 transients.py        stretches at full order
 checks.py            steps that are too long, windows that are too large, strained assumptions
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

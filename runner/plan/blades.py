@@ -10,7 +10,7 @@ import numpy as np
 
 from slipmode.rom import MistunedDisk, SlipmodeError, ToneFlow, excited_diameter
 from slipmode.rom.arrays import Floats
-from slipmode.rom.cyclic.mistuned.internal_resonance import resonance_findings
+from slipmode.rom.cyclic import resonance_findings
 from slipmode.rom.errors import ValidityWarning, naming
 from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.short_repr import frozen, percentage

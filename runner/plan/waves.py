@@ -10,9 +10,7 @@ import numpy as np
 
 from slipmode.rom import CyclicStructure, Model, travelling_wave
 from slipmode.rom.arrays import Floats
-from slipmode.rom.cyclic.wave.wave_motion import SectorWaves
-from slipmode.rom.cyclic.wave.wave_problem import Carrier
-from slipmode.rom.cyclic.wave.wave_table import cached_waves, reduced_waves
+from slipmode.rom.cyclic import Carrier, SectorWaves, cached_waves, reduced_waves
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.laws.no_contacts import NoContacts

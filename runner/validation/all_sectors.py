@@ -9,7 +9,7 @@ import numpy as np
 
 from slipmode.rom import Contacts, CyclicStructure
 from slipmode.rom.arrays import Floats
-from slipmode.rom.cyclic.wave.wave_motion import phase_factor
+from slipmode.rom.cyclic import phase_factor
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.full import FullMotion, State, integrate
 from slipmode.rom.laws.contacts import Elastic

@@ -10,3 +10,7 @@ mesh/                  a mesh as it vibrates, its contacts coloured by state
 viewer.py              viewers with a window and without; pictures
 foxglove.py            a layout for Foxglove
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -8,9 +8,8 @@ from typing import Any
 import numpy as np
 import scipy
 
-from slipmode.rom.arrays import Floats, in_one_line
-from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.short_repr import frozen
+from slipmode.rom import SlipmodeError
+from slipmode.rom.common import Floats, frozen, in_one_line
 
 _RESAMPLES = 200  # of a bootstrap
 

@@ -14,12 +14,10 @@ from typing import Self
 import numpy as np
 import scipy
 
-from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.common import Complexes, Floats, frozen
 from slipmode.rom.cyclic.diameter_modes import DiameterModes
 from slipmode.rom.cyclic.structure import CyclicStructure
-from slipmode.rom.short_repr import frozen
-from slipmode.rom.slow.tone.coupled_contacts import FastModes
-from slipmode.rom.slow.tone.tone_modes import ToneModes
+from slipmode.rom.slow import FastModes, ToneModes
 
 
 @frozen

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from slipmode.rom.arrays import Complexes, Floats
-from slipmode.rom.short_repr import frozen
+from slipmode.rom.common import Complexes, Floats, frozen
 
 
 @frozen

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from slipmode.rom.errors import Finding
-from slipmode.rom.reduction.interaction.internal_resonance import InternalResonance
+from slipmode.rom.common import Finding
+from slipmode.rom.reduction import InternalResonance
 
 # Gain of a mode at a harmonic from which an internal resonance is a finding. Errors of local
 # contacts were up to 0.6 % below, and 0.3 to 11 % beyond

@@ -15,7 +15,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from slipmode.rom.arrays import Complexes, Floats, as_floats, in_one_line
+from slipmode.rom import Contacts, SlipmodeError, ToneFlow
+from slipmode.rom.common import Complexes, Floats, as_floats, in_one_line, progress_bar, warn
 from slipmode.rom.cyclic.diameter_modes import AllDiameters
 from slipmode.rom.cyclic.mistuned.amplification import Amplification
 from slipmode.rom.cyclic.mistuned.disk_modes import Excited, MistunedModes, TunedModes
@@ -23,14 +24,10 @@ from slipmode.rom.cyclic.mistuned.disk_response import DiskResponse
 from slipmode.rom.cyclic.mistuned.internal_resonance import resonance_findings
 from slipmode.rom.cyclic.mistuned.script import checked_script, follow_script
 from slipmode.rom.cyclic.structure import CyclicStructure
-from slipmode.rom.errors import SlipmodeError, warn
-from slipmode.rom.laws.contacts import Contacts, Elastic
-from slipmode.rom.progress import progress_bar
-from slipmode.rom.reduction.interaction.internal_resonance import InternalResonance
-from slipmode.rom.slow.tone.contact_balance import ContactBalance
-from slipmode.rom.slow.tone.coupled_contacts import CoupledContacts
-from slipmode.rom.slow.tone.tone_flow import ToneFlow
-from slipmode.rom.table.local.local_contacts import HIGHEST, LocalContacts
+from slipmode.rom.laws import Elastic
+from slipmode.rom.reduction import InternalResonance
+from slipmode.rom.slow import ContactBalance, CoupledContacts
+from slipmode.rom.table import LocalContacts
 
 DiskFlow = ToneFlow  # its public name for a mistuned disk
 
@@ -409,7 +406,9 @@ class MistunedDisk:
             Mode, harmonic and strength.
         """
         N, found = self.structure.sectors, []
-        for modes, h in product((self._tuned, self._stuck), range(3, HIGHEST + 1, 2)):
+        for modes, h in product(
+            (self._tuned, self._stuck), range(3, LocalContacts.HIGHEST + 1, 2)
+        ):
             k = h * engine_order % N  # harmonic h acts on this nodal diameter
             name = f"nodal diameter {min(k, N - k)} of family {{}}"
             at = modes.by_diameter[k]

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from slipmode.rom.arrays import Floats, as_floats, check_count, in_one_line
-from slipmode.rom.errors import SlipmodeError
+from slipmode.rom import SlipmodeError
+from slipmode.rom.common import Floats, as_floats, in_one_line
+from slipmode.rom.cyclic.structure import checked_integer
 
 
 def random_mistuning(
@@ -43,8 +44,8 @@ def random_mistuning(
     >>> rom.random_mistuning(100, 24, 0.04).shape
     (100, 24)
     """
-    check_count("patterns", patterns)
-    check_count("sectors", sectors)
+    checked_integer("patterns", patterns, ">= 1", 1)
+    checked_integer("sectors", sectors, ">= 1", 1)
     if not 0.0 < deviation <= 0.2:
         raise SlipmodeError(f"deviation: must be above 0 and at most 0.2, got {deviation}")
     rng = np.random.default_rng(seed)

@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from slipmode.rom.arrays import Complexes, Floats, as_floats, in_one_line
-from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.slow.tone.tone_flow import ToneFlow
+from slipmode.rom import SlipmodeError, ToneFlow
+from slipmode.rom.common import Complexes, Floats, as_floats, in_one_line
 
 
 def checked_script(time: ArrayLike, frequency: ArrayLike, magnitude: ArrayLike) -> list[Floats]:

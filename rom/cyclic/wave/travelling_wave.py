@@ -7,17 +7,15 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import ArrayLike
 
-from slipmode.rom.arrays import Complexes, as_floats, in_one_line
+from slipmode.rom import Model, SlipmodeError
+from slipmode.rom.common import Complexes, as_floats, frozen, in_one_line
 from slipmode.rom.cyclic.diameter_modes import AllDiameters, DiameterModes
 from slipmode.rom.cyclic.structure import CyclicStructure, checked_integer
 from slipmode.rom.cyclic.wave.wave_problem import Carrier
 from slipmode.rom.cyclic.wave.wave_state import WaveState, steady_waves, wave_cycles
 from slipmode.rom.cyclic.wave.wave_table import wave_model
-from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.laws.contacts import Elastic
-from slipmode.rom.reduction.nonresonant import STATIC_FROM
-from slipmode.rom.short_repr import frozen
-from slipmode.rom.table.model import Model
+from slipmode.rom.laws import Elastic
+from slipmode.rom.reduction import STATIC_FROM
 
 _NO_WORK = 1e-9  # work of a force on the mode that is rounding, relative to its largest one
 

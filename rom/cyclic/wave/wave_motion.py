@@ -7,21 +7,10 @@ from functools import cached_property
 
 import numpy as np
 
-from slipmode.rom import kernel
-from slipmode.rom.arrays import Complexes, Floats
-from slipmode.rom.contact.problem import ContactProblem
-from slipmode.rom.contact.torus.grid import Discretisation
-from slipmode.rom.contact.torus.march import contact_problem
+from slipmode.rom import Discretisation, Jenkins, Model, SlowTrajectory
+from slipmode.rom.common import Floats, frozen
 from slipmode.rom.cyclic.wave.wave_problem import Carrier, WaveProblem
-from slipmode.rom.laws.contacts import Elastic
-from slipmode.rom.laws.joint_laws import Jenkins
-from slipmode.rom.reduction.modes_alone import modes_alone
-from slipmode.rom.short_repr import frozen
-from slipmode.rom.slow.motion import SPIN_UP_PERIODS
-from slipmode.rom.slow.trajectory import SlowTrajectory
-from slipmode.rom.table.model import Model
-
-_STEPS_PER_PERIOD = 64  # as `rom.reconstruct` has them for elastic contacts
+from slipmode.rom.slow import SPIN_UP_PERIODS, prescribed_motion
 
 
 @frozen
@@ -106,7 +95,8 @@ class SectorWaves:
         ):
             x = np.einsum("oij,poj->poi", flexibility, deficit)
             x[:, :modes] += size[..., np.newaxis] * coupling
-            found.append(_along(part, model, problem, law, x * phase, times))
+            moved = x * phase
+            found.append(prescribed_motion(model, part, law, problem.orders, moved, times))
         (x, v, f), (elastic, _, _) = found
         return SectorMotion(x, v, f, elastic)
 
@@ -115,34 +105,3 @@ def phase_factor(carrier: Carrier) -> complex:
     """Return a of a wave relative to that of its model, where the modal force is positive."""
     force = carrier.modal_force
     return force / abs(force) if force else 1.0 + 0.0j
-
-
-def _along(
-    part: SlowTrajectory,
-    model: Model,
-    problem: ContactProblem,
-    law: Elastic,
-    harmonics: Complexes,
-    times: Floats,
-) -> tuple[Floats, Floats, Floats]:
-    """Return displacement, velocity and force of contacts whose displacement is given.
-
-    `harmonics` (points, orders, N_c) are c_nm of 2 Re(c_nm exp(i (n theta_A + m theta_B))) at the
-    points of the trajectory [m].
-    """
-    frequency, count = problem.reduced.frequency, harmonics.shape[2]
-    # no mode and no flexibility moves these contacts
-    shapes = np.zeros((1, frequency.size))
-    given = modes_alone(frequency, 0.0 * frequency, shapes, law.elements(count))
-    march = contact_problem(given, law, problem.orders)
-    moved = np.ascontiguousarray(2.0 * harmonics)
-    segments = part.contact_segments(part.segments(model), moved)
-    x, v, f = (np.empty((times.size, count)) for _ in range(3))
-    if count:
-        sample = kernel.contiguous(times)
-        samples = kernel.ContactSamples(sample.size, sample, x, v, f)
-        status = kernel.lib.sm_contact_motion(
-            march, len(segments), segments, None, _STEPS_PER_PERIOD, samples
-        )
-        kernel.check(status, "contact motion")
-    return x, v, f

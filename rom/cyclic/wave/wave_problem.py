@@ -24,17 +24,19 @@ from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
-from slipmode.rom.arrays import Complexes, Floats
-from slipmode.rom.contact.problem import ContactProblem
-from slipmode.rom.contact.torus.march import ContactForces
+from slipmode.rom import ContactProblem
+from slipmode.rom.common import Complexes, Finding, Floats, UnsettledError, frozen
+from slipmode.rom.contact import ContactForces
 from slipmode.rom.cyclic.diameter_modes import DiameterModes, SlowMode
 from slipmode.rom.cyclic.structure import excited_diameter
-from slipmode.rom.errors import Finding, UnsettledError
-from slipmode.rom.reduction.combination import CARRIERS, Order, harmonic_orders
-from slipmode.rom.reduction.interaction.internal_resonance import InternalResonance
-from slipmode.rom.reduction.modes_alone import modes_alone
-from slipmode.rom.reduction.nonresonant import HIGHEST_HARMONIC, symmetric
-from slipmode.rom.short_repr import frozen
+from slipmode.rom.reduction import (
+    CARRIERS,
+    HIGHEST_HARMONIC,
+    InternalResonance,
+    Order,
+    harmonic_orders,
+    modes_alone,
+)
 
 if TYPE_CHECKING:
     from slipmode.rom.cyclic.wave.travelling_wave import TravellingWave
@@ -185,7 +187,8 @@ class WaveProblem(ContactProblem):
         elements = law.elements(waves[0].structure.n_contacts)
         orders = tuple(harmonic_orders(highest, modes, not elements.odd))
         # real flexibility of the march, to which every harmonic adds what its own differs by
-        static = symmetric(np.mean([k.flexibility(0.0, mode).real for k, mode in own], axis=0))
+        static = np.mean([k.flexibility(0.0, mode).real for k, mode in own], axis=0)
+        static = 0.5 * (static + static.T)
         flexibility = [WaveHarmonic.of(carriers, order).flexibility() for order in orders]
         receiving = np.array([each.receiving for each in carriers])
         forces = ContactForces(

@@ -12,16 +12,11 @@ from functools import cached_property
 import numpy as np
 import scipy
 
-from slipmode.rom.arrays import Complexes, Floats
-from slipmode.rom.contact.problem import TorusProblem
-from slipmode.rom.contact.slip_onset import slip_onset
-from slipmode.rom.contact.terms import ContactTerms
-from slipmode.rom.contact.torus.grid import Discretisation
+from slipmode.rom import Discretisation, SlipmodeError
+from slipmode.rom.common import Complexes, Floats, frozen
+from slipmode.rom.contact import ContactTerms, TorusProblem, slip_onset
 from slipmode.rom.cyclic.wave.stability.pair_stability import CriticalPair, critical_pair
 from slipmode.rom.cyclic.wave.wave_problem import Carrier, WaveProblem, naming_resonance
-from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.reduction.force_response import phasor
-from slipmode.rom.short_repr import frozen
 
 # Time steps per period and highest harmonic to which the modes respond, in turn.
 _LEVELS = (
@@ -212,7 +207,7 @@ def _state(carrier: Carrier, near: Floats, tolerance: float) -> WaveState | None
         if error <= tolerance * size:
             force, (required,) = carrier.modal_force, balance.required(np.array([size]))
             turn = np.angle(force / required) if force else 0.0
-            return WaveState(complex(phasor(size, turn)), error, balance)
+            return WaveState(complex(size * np.exp(1j * turn)), error, balance)
     raise SlipmodeError(
         f"tolerance: the relative error of the steady wave is above {tolerance:g} with "
         f"{_LEVELS[-1][0]} steps per period; give a larger tolerance"

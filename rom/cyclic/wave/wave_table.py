@@ -9,34 +9,17 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike
 
-from slipmode.rom.arrays import Complexes, Floats, as_floats
-from slipmode.rom.contact.detuning import MOST_DETUNING
-from slipmode.rom.contact.error_norm import smallest_scale
-from slipmode.rom.contact.harmonics import Harmonics
-from slipmode.rom.contact.resolution import ResolutionSearch
-from slipmode.rom.contact.time_budget import TimeBudget
+from slipmode.rom import Model, NoContacts, Reduced, SlipmodeError
+from slipmode.rom.common import Complexes, Floats, warn
+from slipmode.rom.contact import Harmonics
 from slipmode.rom.cyclic.wave.wave_problem import (
     Carrier,
     WaveProblem,
     naming_resonance,
     resonance_findings,
 )
-from slipmode.rom.error_budget import ErrorBudget
-from slipmode.rom.errors import SlipmodeError, warn
-from slipmode.rom.laws.law_record import record_of
-from slipmode.rom.laws.no_contacts import NoContacts
-from slipmode.rom.reduction.combination import CARRIERS
-from slipmode.rom.reduction.modes_alone import modes_alone
-from slipmode.rom.reduction.reduced import Reduced
-from slipmode.rom.storage.code_digest import code_digest
-from slipmode.rom.table import disk_cache
-from slipmode.rom.table.accuracy import Accuracy
-from slipmode.rom.table.corrections import with_detuning, with_rate_correction
-from slipmode.rom.table.dof_response import DofResponse
-from slipmode.rom.table.model import FORMAT, Model, digest
-from slipmode.rom.table.refinement.refine import refine
-from slipmode.rom.table.refinement.sampling import Sampling
-from slipmode.rom.table.tabulation import check_request
+from slipmode.rom.reduction import CARRIERS, modes_alone
+from slipmode.rom.table import DofResponse, model_from_cache, tabulate_problem
 
 if TYPE_CHECKING:
     from slipmode.rom.cyclic.wave.travelling_wave import TravellingWave
@@ -107,25 +90,17 @@ def cached_waves(
     carriers: Sequence[Carrier], amplitude: Sequence[float], tolerance: float
 ) -> tuple[Model, bool]:
     """Return the model of waves up to |a| (modes,), and whether the cache had it already."""
-    name = f"{_key(carriers, [*amplitude, tolerance])}.rom"
-    found = disk_cache.find(name, Model.load)
-    if found is not None:
-        return found, True
-    model = wave_model(carriers, amplitude, tolerance)
-    disk_cache.keep(name, model.save)
-    return model, False
-
-
-def _key(carriers: Sequence[Carrier], asked: Sequence[float]) -> str:
-    """Return a hash of everything that the model depends on."""
     first = carriers[0].wave
-    disk, code = first.structure, code_digest("slipmode.rom")
+    disk = first.structure
     waves = [[each.wave.nodal_diameter, each.wave.mode, each.frequency] for each in carriers]
-    named = [FORMAT, code, "waves", disk.sectors, record_of(first.law), *asked, *waves]
+    named = ["waves", disk.sectors, *amplitude, tolerance, *waves]
     matrices = (disk.mass, disk.stiffness, disk.damping, disk.own_directions, disk.next_directions)
     arrays: list[np.ndarray] = [disk.left, disk.right, *(each.force for each in carriers)]
     arrays += [part for each in matrices for part in scipy.sparse.find(each)]
-    return digest({"named": named}, {str(k): each for k, each in enumerate(arrays)})[:32]
+    by_name = {str(k): each for k, each in enumerate(arrays)}
+    return model_from_cache(
+        first.law, named, by_name, lambda: wave_model(carriers, amplitude, tolerance)
+    )
 
 
 def reduced_waves(carriers: Sequence[Carrier]) -> Reduced:
@@ -153,46 +128,17 @@ def wave_model(carriers: Sequence[Carrier], amplitude: Sequence[float], toleranc
 
     Its DOFs are the free DOFs of a sector, with the sizes of the modes as mode shapes.
     """
-    ends, modes = as_floats("amplitude", amplitude), len(carriers)
-    check_request(ends, modes, tolerance, amplitude)
     problem = WaveProblem.of_waves(carriers)
-    reduced, orders = problem.reduced, CARRIERS[:modes]
     warn(resonance_findings(problem))
-    budget, forever, residuals = ErrorBudget(tolerance), TimeBudget(np.inf), [0.0]
-
-    def sample(amplitudes: Floats, near: Complexes | None = None) -> Complexes:
-        terms = torus.solve(amplitudes)
-        terms.check_periodic()
-        residuals.extend(terms.residual)
-        at_carriers = terms.P[:, :modes].reshape(len(amplitudes), -1)
-        return np.hstack((terms.S, np.zeros((len(amplitudes), 1)), at_carriers))
-
     with naming_resonance(problem):
-        resolution = ResolutionSearch(problem, ends, budget, map, forever).choose()
-        torus = problem.on(resolution.grid, resolution.march, smallest_scale(reduced, ends))
-        sampling = Sampling(sample, problem, ends, budget.march, kept=True)
-        table, deficits, error = refine(sampling, budget.interpolation, forever)
         # Phases between the contacts of a sector are left out: they matter in second order.
-        table = with_rate_correction(table, torus, tolerance, map)
-        detuning = None
-        if modes == 1:
-            table, detuning = with_detuning(table, torus, map, tolerance, MOST_DETUNING)
-    nodes = tuple(axis.size for axis in table.axes)
-    nothing = np.zeros((*nodes, modes, 0))
-    unknown = Harmonics(table.axes, orders, nothing.astype(complex), nothing[..., 0, :])
-    accuracy = Accuracy(
-        tolerance,
-        error,
-        resolution.error,
-        periodicity=float(max(residuals)),
-        detuning=detuning,
-        steps=resolution.grid.steps,
-        lines=resolution.grid.lines,
-        solved=len(residuals) - 1,
-    )
-    assert deficits is not None  # they are kept
-    response = _dof_response(carriers, table.axes, deficits.reshape(*nodes, modes, -1))
-    return Model(reduced_waves(carriers), NoContacts(), table, unknown, (), accuracy, response)
+        found = tabulate_problem(problem, amplitude, tolerance)
+    axes, modes = found.table.axes, len(carriers)
+    nothing = np.zeros((*(axis.size for axis in axes), modes, 0))
+    unknown = Harmonics(axes, CARRIERS[:modes], nothing.astype(complex), nothing[..., 0, :])
+    response = _dof_response(carriers, axes, found.carriers)
+    reduced = reduced_waves(carriers)
+    return Model(reduced, NoContacts(), found.table, unknown, (), found.accuracy, response)
 
 
 def _dof_response(

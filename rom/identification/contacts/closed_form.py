@@ -22,12 +22,10 @@ from typing import Self
 
 import numpy as np
 
-from slipmode.rom.arrays import Complexes, Floats
-from slipmode.rom.errors import SlipmodeError
+from slipmode.rom import Reduced, SlipmodeError
+from slipmode.rom.common import Complexes, Floats, frozen
 from slipmode.rom.identification.contacts.describing_function import describing_function
 from slipmode.rom.identification.contacts.groups import SliderGroup
-from slipmode.rom.reduction.reduced import Reduced
-from slipmode.rom.short_repr import frozen
 
 # Motion of the sensor with the mode that is rounding, relative to the largest of the mode.
 _NODE = 1e-9

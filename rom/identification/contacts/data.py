@@ -7,12 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from slipmode.rom.arrays import Floats, as_floats, in_one_line
-from slipmode.rom.errors import SlipmodeError
+from slipmode.rom import SlipmodeError
+from slipmode.rom.common import Floats, as_floats, frozen, in_one_line
 from slipmode.rom.identification.contacts.table_check import TABLE_TOLERANCE
 from slipmode.rom.identification.models.identified import IdentifiedBackbone
 from slipmode.rom.identification.models.sensor_units import QUANTITIES, sensor_unit
-from slipmode.rom.short_repr import frozen
 
 # Curves of an identified law have few parameters; so many points of a curve describe it.
 _POINTS = 30

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.common import Complexes, Floats
 
 
 def describing_function(

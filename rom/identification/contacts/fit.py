@@ -11,8 +11,8 @@ from typing import Literal, NamedTuple, get_args
 import numpy as np
 import scipy
 
-from slipmode.rom.arrays import Floats, in_one_line
-from slipmode.rom.errors import Finding, SlipmodeError, naming, warn
+from slipmode.rom import Contacts, Model, Reduced, SlipmodeError, Structure
+from slipmode.rom.common import Finding, Floats, frozen, in_one_line, naming, percentage, warn
 from slipmode.rom.identification.contacts.data import measured_points
 from slipmode.rom.identification.contacts.groups import ContactGroups, GroupLaw, parameter_value
 from slipmode.rom.identification.contacts.posterior import (
@@ -24,11 +24,6 @@ from slipmode.rom.identification.contacts.posterior import (
 )
 from slipmode.rom.identification.contacts.problem import FitProblem, Tables, check_structure
 from slipmode.rom.identification.models.identified import IdentifiedBackbone
-from slipmode.rom.laws.contacts import Contacts
-from slipmode.rom.reduction.reduced import Reduced
-from slipmode.rom.short_repr import frozen, percentage
-from slipmode.rom.structure.structure import Structure
-from slipmode.rom.table.model import Model
 
 Adjusted = Literal["damping", "frequency"]
 

@@ -4,18 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
-from slipmode.rom.arrays import Floats, in_one_line
-from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.laws.contacts import Contacts
-from slipmode.rom.laws.frictional_contact import FrictionalContact
-from slipmode.rom.laws.joint_laws import LARGEST_CHI, Iwan, Jenkins
-from slipmode.rom.short_repr import frozen
+from slipmode.rom import Contacts, FrictionalContact, Iwan, Jenkins, SlipmodeError
+from slipmode.rom.common import Floats, frozen, in_one_line
 
-GroupLaw = Jenkins | Iwan
+GroupLaw: TypeAlias = Jenkins | Iwan
 
 _PARAMETERS: dict[type, tuple[str, ...]] = {
     Jenkins: ("limit", "stiffness"),
@@ -113,7 +109,7 @@ def parameter_value(name: str, logarithm: Any) -> Any:
     """Return the value of a parameter from its logarithm, for chi from the one of 1 + chi."""
     value = np.exp(logarithm)
     if name.endswith(".chi"):
-        return np.minimum(value - 1.0, LARGEST_CHI)
+        return np.minimum(value - 1.0, Iwan.LARGEST_CHI)
     return value
 
 

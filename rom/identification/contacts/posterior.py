@@ -13,8 +13,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from slipmode.rom.arrays import Flags, Floats
-from slipmode.rom.short_repr import frozen
+from slipmode.rom.common import Flags, Floats, frozen
 
 # Half-width of the 95 % interval of a logarithm from which a parameter is not identified
 OPEN = np.log(2.0)

@@ -10,20 +10,13 @@ from typing import Any
 import numpy as np
 import scipy
 
-from slipmode.rom.arrays import Flags, Floats, in_one_line
-from slipmode.rom.errors import SlipmodeError
+from slipmode.rom import Contacts, Iwan, Model, Reduced, SlipmodeError, Structure, reduce
+from slipmode.rom.common import Flags, Floats, frozen, in_one_line
 from slipmode.rom.identification.contacts.closed_form import ClosedForm
 from slipmode.rom.identification.contacts.data import Points
 from slipmode.rom.identification.contacts.groups import ContactGroups
 from slipmode.rom.identification.contacts.posterior import PRIOR, Fit, Minimum
 from slipmode.rom.identification.contacts.table_check import rates_at_sensor, tabulated
-from slipmode.rom.laws.contacts import Contacts
-from slipmode.rom.laws.joint_laws import LARGEST_CHI
-from slipmode.rom.reduction.reduced import Reduced
-from slipmode.rom.reduction.reduction import reduce
-from slipmode.rom.short_repr import frozen
-from slipmode.rom.structure.structure import Structure
-from slipmode.rom.table.model import Model
 
 _TRIED, _STARTS = 16, 4  # starts that are tried, and the best of them
 _STEP = 1e-5  # of logarithms, in differences
@@ -83,7 +76,7 @@ class FitProblem:
     def bounds(self) -> Floats:
         """Lowest and highest allowed logarithms, (2, names)."""
         found: Floats = self.initial + 3.0 * PRIOR * np.array([[-1.0], [1.0]])
-        found[1, [name.endswith(".chi") for name in self.names]] = np.log(1.0 + LARGEST_CHI)
+        found[1, [name.endswith(".chi") for name in self.names]] = np.log(1.0 + Iwan.LARGEST_CHI)
         return found
 
     def law(self, unknowns: Floats) -> Contacts:

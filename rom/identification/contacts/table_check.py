@@ -4,13 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from slipmode.rom.arrays import Floats
-from slipmode.rom.laws.contacts import Contacts
-from slipmode.rom.reduction.reduced import Reduced
-from slipmode.rom.slow.branches.backbone import backbone
-from slipmode.rom.slow.rates.decay_rates import decay_rates
-from slipmode.rom.table.model import Model
-from slipmode.rom.table.tabulation import tabulate
+from slipmode.rom import Contacts, Model, Reduced, backbone, decay_rates, tabulate
+from slipmode.rom.common import Floats
 
 # Range of the table relative to the largest amplitude by the closed form, which may be too small.
 _MARGIN = 1.1

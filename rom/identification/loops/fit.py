@@ -6,14 +6,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from slipmode.rom.arrays import in_one_line
-from slipmode.rom.errors import SlipmodeError
+from slipmode.rom import Jenkins, Sliders, SlipmodeError
+from slipmode.rom.common import in_one_line, percentage, short_list
 from slipmode.rom.identification.loops.loop import Loop, Strokes
 from slipmode.rom.identification.loops.model import Terms
 from slipmode.rom.identification.loops.problem import Fitted
 from slipmode.rom.identification.loops.result import LoopFit, LoopLaw
-from slipmode.rom.laws.joint_laws import Jenkins, Sliders
-from slipmode.rom.short_repr import percentage, short_list
 
 # A term must lower the rms error by this share, and by this much of the peak force. Of models
 # whose errors differ by less, the one with the fewest parameters is taken, elements before a

@@ -8,9 +8,8 @@ from typing import Any, Self
 
 import numpy as np
 
-from slipmode.rom.arrays import Floats, as_floats, in_one_line
-from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.short_repr import frozen
+from slipmode.rom import SlipmodeError
+from slipmode.rom.common import Floats, as_floats, frozen, in_one_line
 
 # Reversals smaller than this share of the range of the displacement are noise.
 REVERSAL = 0.02

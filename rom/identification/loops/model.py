@@ -19,8 +19,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from slipmode.rom.arrays import Floats
-from slipmode.rom.laws.joint_laws import LARGEST_CHI, Iwan
+from slipmode.rom import Iwan
+from slipmode.rom.common import Floats
 
 Values = dict[str, float]
 
@@ -94,7 +94,7 @@ class Terms(NamedTuple):
 
     def iwan(self, values: Mapping[str, float], limit: float) -> Iwan:
         """Return Iwan's distribution with a limit [N]. The coordinate `chi` is 1 + chi."""
-        chi = min(values["chi"] - 1.0, LARGEST_CHI)
+        chi = min(values["chi"] - 1.0, Iwan.LARGEST_CHI)
         return Iwan(limit, values["stiffness"], chi, values["beta"])
 
 

@@ -8,10 +8,9 @@ from dataclasses import replace
 import numpy as np
 import scipy
 
-from slipmode.rom.arrays import Floats
+from slipmode.rom.common import Floats, frozen
 from slipmode.rom.identification.loops.loop import Strokes
 from slipmode.rom.identification.loops.model import Joints, Terms, Values
-from slipmode.rom.short_repr import frozen
 
 LEVEL = 0.99  # of intervals
 DIFFERENCE = 1e-4  # of logarithms, by which derivatives are computed

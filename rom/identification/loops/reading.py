@@ -6,15 +6,14 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Final
 
-from slipmode.rom.arrays import in_one_line
-from slipmode.rom.errors import SlipmodeError
+from slipmode.rom import SlipmodeError
+from slipmode.rom.common import in_one_line, short_list
 from slipmode.rom.identification.loops.loop import Loop
 from slipmode.rom.identification.records.fields import Field, Group, renamed
 from slipmode.rom.identification.records.files import distinct_names, found_files, read_groups
 from slipmode.rom.identification.records.reading import records_of
 from slipmode.rom.identification.records.units import FORCE, AllowedUnits, override_note
-from slipmode.rom.short_repr import short_list
-from slipmode.rom.slow.units import parse_unit
+from slipmode.rom.slow import parse_unit
 
 _LENGTH: Final = AllowedUnits(
     "unit", ("displacement",), "m (also with prefix n, u, m or c), in or ft"

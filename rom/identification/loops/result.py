@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from slipmode.rom import Iwan, Jenkins, Sliders
+from slipmode.rom.common import percentage
 from slipmode.rom.identification.loops.problem import Fitted
-from slipmode.rom.laws.joint_laws import Iwan, Jenkins, Sliders
-from slipmode.rom.short_repr import percentage
-from slipmode.rom.slow.branches.curve_result import axes_or_new
+from slipmode.rom.slow import axes_or_new
 
 LoopLaw = Jenkins | Iwan | Sliders
 

@@ -8,16 +8,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from slipmode.rom.arrays import Complexes, Floats, as_floats, in_one_line
-from slipmode.rom.errors import SlipmodeError
+from slipmode.rom import Model, SlipmodeError
+from slipmode.rom.common import Complexes, Floats, as_floats, frozen, in_one_line
 from slipmode.rom.identification.first_look import LocalRates
 from slipmode.rom.identification.models.law_model import model_of_law
 from slipmode.rom.identification.models.sensor_units import sensor_factors, shape_at_sensor
 from slipmode.rom.identification.slow_laws import SlowLaw
 from slipmode.rom.identification.uncertainty import Uncertainty
-from slipmode.rom.short_repr import frozen
-from slipmode.rom.slow.branches.curve_result import axes_or_new, plot_band
-from slipmode.rom.table.model import Model
+from slipmode.rom.slow import axes_or_new, plot_band
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

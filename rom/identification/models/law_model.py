@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from slipmode.rom.arrays import Complexes, Floats
-from slipmode.rom.errors import SlipmodeError
+from slipmode.rom import Model, SlipmodeError, model_of_rates
+from slipmode.rom.common import Complexes, Floats
 from slipmode.rom.identification.slow_laws import SlowLaw
-from slipmode.rom.slow.rates.model_of_rates import model_of_rates
-from slipmode.rom.table.model import Model
 
 
 def model_of_law(

@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from slipmode.rom.arrays import Complexes, Floats, as_floats, in_one_line
-from slipmode.rom.errors import SlipmodeError
+from slipmode.rom import SlipmodeError
+from slipmode.rom.common import Complexes, Floats, as_floats, in_one_line
 from slipmode.rom.identification.slow_laws import SlowLaw
-from slipmode.rom.slow.units import parse_unit
+from slipmode.rom.slow import parse_unit
 
 QUANTITIES = ("displacement", "velocity", "acceleration")  # by the number of time derivatives
 

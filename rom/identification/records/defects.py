@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import scipy
 
-from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.common import Complexes, Floats, frozen, percentage
 from slipmode.rom.identification.first_look import (
     EDGE,
     SEEN,
@@ -18,7 +18,6 @@ from slipmode.rom.identification.first_look import (
     spectrum,
 )
 from slipmode.rom.identification.records.measurement import Bands, Record
-from slipmode.rom.short_repr import frozen, percentage
 
 # A converter at its limit repeats one value at each peak, in at least two periods. Unclipped
 # samples of a sinusoid pile up at its peaks too: on the highest level of a converter there are

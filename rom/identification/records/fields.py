@@ -12,10 +12,9 @@ from typing import Any
 import numpy as np
 import scipy
 
-from slipmode.rom.arrays import Floats, in_one_line
-from slipmode.rom.errors import SlipmodeError, naming
-from slipmode.rom.short_repr import frozen
-from slipmode.rom.slow.units import parse_unit
+from slipmode.rom import SlipmodeError
+from slipmode.rom.common import Floats, frozen, in_one_line, naming
+from slipmode.rom.slow import parse_unit
 
 _NAMES = {
     "time": ("times", "t", "x_value", "zeit", "temps", "tiempo", "tempo", "elapsed time"),

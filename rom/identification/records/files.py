@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 import scipy
 
-from slipmode.rom.errors import SlipmodeError, one_line_reason
+from slipmode.rom import SlipmodeError
+from slipmode.rom.common import one_line_reason, short_list
 from slipmode.rom.identification.records.fields import Field, Group, name_and_unit
 from slipmode.rom.identification.records.text_table import read_text_table
 from slipmode.rom.identification.records.universal import read_universal
-from slipmode.rom.short_repr import short_list
-from slipmode.rom.storage.stored_arrays import open_npz
+from slipmode.rom.storage import open_npz
 
 TEXTS = (".csv", ".txt", ".tsv", ".dat", ".asc", ".lvm", ".prn")
 UNIVERSAL = (".uff", ".unv", ".uf")

@@ -9,9 +9,8 @@ from typing import Any, Literal
 
 import numpy as np
 
-from slipmode.rom.arrays import Floats, as_floats, in_one_line
-from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.short_repr import frozen, short_list
+from slipmode.rom import SlipmodeError
+from slipmode.rom.common import Floats, as_floats, frozen, in_one_line, short_list
 
 SAMPLES = 2.5  # samples per period of the highest frequency of a band, at least
 Bands = tuple[tuple[float, float], ...]  # lower and upper end of the band of each mode [Hz]

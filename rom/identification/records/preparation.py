@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from slipmode.rom.arrays import Floats
-from slipmode.rom.errors import SlipmodeError
+from slipmode.rom import SlipmodeError
+from slipmode.rom.common import Floats, frozen, percentage, short_list
 from slipmode.rom.identification.first_look import (
     EDGE,
     SEEN,
@@ -26,7 +26,6 @@ from slipmode.rom.identification.records.defects import (
     without_padding,
 )
 from slipmode.rom.identification.records.measurement import Bands, Measurement, Prepared, Record
-from slipmode.rom.short_repr import frozen, percentage, short_list
 
 ONSET = 0.1  # of the largest sample: where a blow begins
 # Distance of a mode from an edge of its band, relative to the width, at which the filter of the

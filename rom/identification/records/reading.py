@@ -9,13 +9,13 @@ from pathlib import Path
 
 import numpy as np
 
-from slipmode.rom.errors import SlipmodeError
+from slipmode.rom import SlipmodeError
+from slipmode.rom.common import frozen, short_list
 from slipmode.rom.identification.records.fields import Field, Group, renamed, signals
 from slipmode.rom.identification.records.files import distinct_names, found_files, read_groups
 from slipmode.rom.identification.records.measurement import Measurement, Record
-from slipmode.rom.short_repr import frozen, short_list
-from slipmode.rom.slow.units import parse_unit
-from slipmode.rom.storage.text import checked_line
+from slipmode.rom.slow import parse_unit
+from slipmode.rom.storage import checked_line
 
 
 @frozen

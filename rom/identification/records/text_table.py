@@ -17,12 +17,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from slipmode.rom.arrays import Floats
-from slipmode.rom.errors import SlipmodeError
+from slipmode.rom import SlipmodeError
+from slipmode.rom.common import Floats, frozen
 from slipmode.rom.identification.records.fields import Field, Group, name_and_unit
-from slipmode.rom.short_repr import frozen
-from slipmode.rom.slow.units import parse_unit
-from slipmode.rom.storage.text import read_text
+from slipmode.rom.slow import parse_unit
+from slipmode.rom.storage import read_text
 
 _SEPARATORS = ("\t", ";", ",", None)  # None: blanks. Among equally good ones the first is taken.
 # Lines from the middle of a file in which the form of its numbers is found.

@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Final, NamedTuple
 
-from slipmode.rom.errors import SlipmodeError
+from slipmode.rom import SlipmodeError
 from slipmode.rom.identification.records.fields import Field
-from slipmode.rom.slow.units import Unit, parse_unit
+from slipmode.rom.slow import Unit, parse_unit
 
 
 class AllowedUnits(NamedTuple):

@@ -9,12 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from slipmode.rom.arrays import Floats
-from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.extras import extra
+from slipmode.rom import SlipmodeError
+from slipmode.rom.common import Floats, extra, frozen, short_list
 from slipmode.rom.identification.records.fields import UNEVEN, Field, Group, rate_of_times
-from slipmode.rom.short_repr import frozen, short_list
-from slipmode.rom.slow.units import parse_unit
+from slipmode.rom.slow import parse_unit
 
 _TIME_RESPONSE = 1  # function type
 _EXCITATION_FORCE = 13  # type of ordinate data

@@ -9,8 +9,8 @@ from typing import Literal
 import numpy as np
 import scipy
 
-from slipmode.rom.arrays import Floats, in_one_line
-from slipmode.rom.errors import SlipmodeError
+from slipmode.rom import SlipmodeError
+from slipmode.rom.common import Floats, frozen, in_one_line, short_list
 from slipmode.rom.identification.fit import interval_half_width, jackknife_variance
 from slipmode.rom.identification.models.identified import IdentifiedLaw
 from slipmode.rom.identification.sine.levels import (
@@ -23,7 +23,6 @@ from slipmode.rom.identification.sine.prediction import SineModel, SinePredictio
 from slipmode.rom.identification.sine.responses import SineTest, SineTests, checked_tests
 from slipmode.rom.identification.slow_laws import LawForm, SlowLaw
 from slipmode.rom.identification.uncertainty import Uncertainty
-from slipmode.rom.short_repr import frozen, short_list
 
 
 @frozen

@@ -12,12 +12,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from slipmode.rom.arrays import Complexes, Floats
-from slipmode.rom.errors import SlipmodeError
+from slipmode.rom import SlipmodeError
+from slipmode.rom.common import Complexes, Floats, frozen
 from slipmode.rom.identification.first_look import LocalRates
 from slipmode.rom.identification.sine.responses import SineTest
 from slipmode.rom.identification.slow_laws import SlowLaw
-from slipmode.rom.short_repr import frozen
 
 # Largest relative rates of change of the response at resonance, in damping rates. Sweeps then have
 # errors of damping of 0.3 %, and of 4 % at 1.8 times the rate. Transients of steps do not cancel:

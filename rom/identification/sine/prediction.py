@@ -8,13 +8,12 @@ from dataclasses import replace
 import numpy as np
 import scipy
 
-from slipmode.rom.arrays import Floats
-from slipmode.rom.errors import SlipmodeError
+from slipmode.rom import SlipmodeError
+from slipmode.rom.common import Floats, frozen
 from slipmode.rom.identification.fit import jackknife_variance
 from slipmode.rom.identification.sine.levels import complex_rate, fit_level
 from slipmode.rom.identification.sine.responses import SineTest
 from slipmode.rom.identification.slow_laws import SlowLaw
-from slipmode.rom.short_repr import frozen
 
 
 @frozen

@@ -11,8 +11,8 @@ from typing import Final
 
 import numpy as np
 
-from slipmode.rom.arrays import in_one_line
-from slipmode.rom.errors import SlipmodeError, naming
+from slipmode.rom import SlipmodeError
+from slipmode.rom.common import in_one_line, naming, short_list
 from slipmode.rom.identification.models.sensor_units import QUANTITIES
 from slipmode.rom.identification.records.fields import Field, Group, renamed, signals
 from slipmode.rom.identification.records.files import (
@@ -24,8 +24,7 @@ from slipmode.rom.identification.records.files import (
 from slipmode.rom.identification.records.units import FORCE, AllowedUnits, override_note
 from slipmode.rom.identification.sine.responses import ORDERS, SineTest, SineTests, checked
 from slipmode.rom.identification.sine.signals import demodulate_sine_test
-from slipmode.rom.short_repr import short_list
-from slipmode.rom.slow.units import Unit
+from slipmode.rom.slow import Unit
 
 COLUMNS: Final = ("frequency", "force", "amplitude", "phase")
 _RESPONSE: Final = AllowedUnits(

@@ -8,9 +8,8 @@ from typing import Any, Final, Literal
 
 import numpy as np
 
-from slipmode.rom.arrays import Complexes, Floats, as_floats, in_one_line
-from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.short_repr import frozen, short_list
+from slipmode.rom import SlipmodeError
+from slipmode.rom.common import Complexes, Floats, as_floats, frozen, in_one_line, short_list
 
 # Time derivatives of the displacement that a response in this unit is.
 ORDERS: Final[Mapping[str, int]] = {"m": 0, "m/s": 1, "m/s^2": 2}

@@ -16,11 +16,10 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from slipmode.rom.arrays import Complexes, Floats, as_floats, in_one_line
-from slipmode.rom.errors import SlipmodeError
+from slipmode.rom import SlipmodeError
+from slipmode.rom.common import Complexes, Floats, as_floats, frozen, in_one_line, percentage
 from slipmode.rom.identification.records.measurement import SAMPLES
 from slipmode.rom.identification.sine.responses import SineTest, checked
-from slipmode.rom.short_repr import frozen, percentage
 
 # Periods of the mean drive frequency in a window. At a fifth of that frequency three are left, of
 # which Hann windows suppress harmonics and offsets to 1 %.

@@ -20,7 +20,7 @@ from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.reduction.combination import CARRIERS, Order, harmonic_orders
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.table.local.dual_contacts import DualContacts
-from slipmode.rom.table.local.local_contacts import HIGHEST, STEPS
+from slipmode.rom.table.local.local_contacts import STEPS, LocalContacts
 
 _MARCH = 1e-7  # distance from periodicity
 # Under two tones there are fewer steps and harmonics, because there are phase lines as well.
@@ -109,7 +109,7 @@ class CoupledContacts:
         """
         tones = frequency.size
         far = np.array([*fast.at(frequency), *(fast.static for _ in driven[tones:])])
-        steps, lines, highest = STEPS, 1, HIGHEST
+        steps, lines, highest = STEPS, 1, LocalContacts.HIGHEST
         if tones == 2:
             quick = int(np.ceil(frequency.max() / frequency[0]))
             steps, lines, highest = quick * _TORUS_STEPS, finer * LINES, _TORUS_HIGHEST

@@ -25,7 +25,7 @@ from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.tone.core_tone import ToneOutputs
 from slipmode.rom.slow.tone.coupled_contacts import FastModes
 from slipmode.rom.slow.tone.tone_modes import ToneModes
-from slipmode.rom.table.local.local_contacts import HIGHEST
+from slipmode.rom.table.local.local_contacts import LocalContacts
 
 # Square of the natural frequency that rigid-body modes have instead of 0, relative to the carrier:
 # it changes their response by this much, and the poles of a mode differ.
@@ -74,7 +74,7 @@ class ToneResponse:
 
         See `slipmode.rom.reduction.interaction.internal_resonance`; without the retained modes.
         """
-        h = np.arange(3.0, HIGHEST + 1.0, 2.0)
+        h = np.arange(3.0, LocalContacts.HIGHEST + 1.0, 2.0)
         every = np.outer(carrier, h).ravel()
         gain, _ = mode_gains(self.reduced, every, np.tile(h**2, carrier.size))
         return float(gain[:, len(self.reduced.modes) :].max(initial=0.0))

@@ -27,7 +27,7 @@ from slipmode.rom.slow.tone.tone_flow import ToneFlow
 from slipmode.rom.slow.tone.tone_modes import ToneModes
 from slipmode.rom.slow.tone.tone_response import ToneResponse
 from slipmode.rom.structure.force_vector import force_vectors
-from slipmode.rom.table.local.local_contacts import HIGHEST, LocalContacts
+from slipmode.rom.table.local.local_contacts import LocalContacts
 from slipmode.rom.table.local.tone_model import ToneModel, local_contacts
 from slipmode.rom.validity import Finding, warn
 
@@ -203,7 +203,11 @@ class ForcedTone:
         carriers = list(CARRIERS[: frequency.size])
         if frequency.size == 1:
             return carriers
-        orders = [each for each in harmonic_orders(HIGHEST, 2)[2:] if 2 * abs(each[1]) < LINES]
+        orders = [
+            each
+            for each in harmonic_orders(LocalContacts.HIGHEST, 2)[2:]
+            if 2 * abs(each[1]) < LINES
+        ]
         gain = self.responses[0].mode_gain(orders, frequency)
         strongest = np.argsort(-gain, kind="stable")[:_MOST_DRIVEN]
         return carriers + [orders[k] for k in strongest if gain[k] > _LARGE_GAIN]

@@ -10,7 +10,7 @@ kinds, and g_h is the mean over all nodal diameters.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Self
+from typing import ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +22,6 @@ from slipmode.rom.reduction.combination import CARRIERS
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.table.local.dual_contacts import DualContacts
 
-HIGHEST = 15  # harmonic of one tone to which the contacts respond
 STEPS = 512  # per period of one tone
 _TINY = np.finfo(float).tiny
 
@@ -84,6 +83,8 @@ class LocalContacts:
         by the angle, per spacing; each with its derivative by the logarithm, per spacing.
     """
 
+    HIGHEST: ClassVar[int] = 15  # harmonic of one tone to which the contacts respond
+
     onset: Floats
     first: float
     spacing: float
@@ -120,9 +121,9 @@ class LocalContacts:
         grid = _GRIDS[tones - 1]
         own = dict(zip(CARRIERS, at_carrier, strict=False))
         if tones == 1:
-            own |= {(h, 0): flexibility(h * frequency[0]) for h in range(3, HIGHEST + 1, 2)}
+            own |= {(h, 0): flexibility(h * frequency[0]) for h in range(3, cls.HIGHEST + 1, 2)}
         # each contact on its own
-        static = np.maximum(flexibility(HIGHEST * frequency[0]).real, 0.0)
+        static = np.maximum(flexibility(cls.HIGHEST * frequency[0]).real, 0.0)
         dual = DualContacts(law, np.diag(static), frequency)
         onset = _onset(law, kinds)
         coupling = np.tile(onset, (tones, 1)).astype(complex)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from slipmode.rom.cyclic.mistuned.amplification import Amplification
+from slipmode.rom import Amplification
 from slipmode.runner.study.study_file import Distribution, Study
 
 # Disks from which on an extreme value distribution is fitted: resamples of a few disks often hold

@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from slipmode.rom.arrays import Floats
+from slipmode.rom.common import Floats, frozen
 from slipmode.rom.cyclic.structure import CyclicStructure
 from slipmode.rom.cyclic.wave.travelling_wave import travelling_wave
-from slipmode.rom.laws.contacts import Elastic
-from slipmode.rom.short_repr import frozen
+from slipmode.rom.laws import Elastic
 
 
 @frozen

@@ -24,9 +24,8 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from slipmode.rom.arrays import Complexes
+from slipmode.rom.common import Complexes, frozen
 from slipmode.rom.cyclic.structure import excited_diameter
-from slipmode.rom.short_repr import frozen
 
 if TYPE_CHECKING:
     from slipmode.rom.cyclic.wave.wave_state import Balance
