@@ -140,7 +140,7 @@ def preload(
             "static_force: all contacts are open under this force; at least one must touch"
         )
     found = Preload(
-        law=_loaded(law, N, gap),
+        law=_loaded(law, f, N, gap),
         displacement=displacement,
         contact_force=f,
         state=state,
@@ -225,21 +225,26 @@ def _tangential_share(elements: Elements, f: Floats, N: Floats) -> Floats:
     return share
 
 
-def _loaded(law: Elastic, N: Floats, gap: Floats) -> Elastic:
-    """The law with these normal forces and gaps (contacts,)."""
+def _loaded(law: Elastic, f: Floats, N: Floats, gap: Floats) -> Elastic:
+    """The law after changes f (N_c,) of its forces, with normal forces and gaps (contacts,)."""
     if isinstance(law, Contacts):
         groups, first = [], 0
         for each, columns in law.groups:
             count = len(each.elements(len(columns)).element)
             own = slice(first, first + count)
-            groups.append((_loaded_law(each, N[own], gap[own]), columns))
+            groups.append((_loaded_law(each, f[list(columns)], N[own], gap[own]), columns))
             first += count
         return Contacts(groups)
-    return law if isinstance(law, NoContacts) else _loaded_law(law, N, gap)
+    return law if isinstance(law, NoContacts) else _loaded_law(law, f, N, gap)
 
 
-def _loaded_law(law: ElasticLaw, N: Floats, gap: Floats) -> ElasticLaw:
+def _loaded_law(law: ElasticLaw, f: Floats, N: Floats, gap: Floats) -> ElasticLaw:
     if not isinstance(law, FrictionalContact):
         return law
-    loads, gaps = (tuple(np.where(each < SMALLEST, 0.0, each).tolist()) for each in (N, gap))
-    return replace(law, preload=loads, gap=gaps)
+    at_rest = law.elements(f.size).element["tangential_preload"][:, : law.tangents]
+    T = at_rest + f.reshape(N.size, -1)[:, :-1]
+    loads, gaps, pulls = (
+        tuple(np.where(np.abs(each) < SMALLEST, 0.0, each).tolist())
+        for each in (N, gap, T.ravel())
+    )
+    return replace(law, preload=loads, gap=gaps, tangential_preload=pulls)

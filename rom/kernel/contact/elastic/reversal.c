@@ -39,7 +39,8 @@ static void reverse_sliders(const sm_elastic *elastic, const sm_element *element
 /* Moves the slider of a frictional contact that turned back, relative to its varying limit. */
 static void reverse_frictional(const sm_element *element, const sm_reversal *r, double *memory) {
     const int32_t i = element->column[0], normal = element->column[1];
-    const double stretch = r->x[i] - memory[0], direction = copysign(1.0, stretch);
+    const double at_rest = element->tangential_preload[0] / element->tangential_stiffness;
+    const double stretch = at_rest + r->x[i] - memory[0], direction = copysign(1.0, stretch);
     double limit[3], z[3];
     for (int k = 0; k < 3; k++) {
         const double N = element->preload
