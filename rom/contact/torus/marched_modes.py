@@ -54,7 +54,7 @@ class MarchedModes:
         """With so many steps per period of mode A."""
         modes = len(reduced.modes)
         # Slower modes would take periods to come to rest, and hardly respond.
-        fast = reduced.nonresonant_frequency >= 0.7 * reduced.carrier[0]
+        fast = reduced.nonresonant_frequency >= (0.05 if reduced.even else 0.7) * reduced.carrier[0]
         inertia, spring = reduced.nonresonant_inertia[fast], reduced.nonresonant_spring[fast]
         omega = np.append(reduced.frequency, reduced.nonresonant_frequency[fast])
         drawn = np.vstack((-reduced.spring, omega[modes:, np.newaxis] ** 2 * inertia - spring))
@@ -62,6 +62,9 @@ class MarchedModes:
         # does: what the march has of it there is taken back, and must not be a resonance.
         zeta = np.repeat((1.0, _DAMPING), (modes, omega.size - modes))
         damping = 2.0 * zeta * np.maximum(omega, reduced.carrier[0])
+        slow = omega < 0.7 * reduced.carrier[0]
+        slow[:modes] = False
+        damping[slow] = 2.0 * omega[slow]
         step = 2.0 * np.pi / reduced.carrier[0] / steps
         # displacement, velocity, force and its rate
         system = np.zeros((omega.size, 4, 4))

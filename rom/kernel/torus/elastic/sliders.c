@@ -1,9 +1,68 @@
 /* Initial positions of sliders in periodic motion: after a period, and from harmonics.
  *
  * elastic_lines.c calls both functions, which elastic_lines.h describes. */
+#include <math.h>
 #include <string.h>
 
 #include "torus/elastic/elastic_lines.h"
+
+/* Smallest difference between 1 and the motion of a bound per motion of a slider. */
+#define SMALLEST_LAG 0.02
+
+/* Returns whether sm_place_stuck_sliders applies to an element. In two directions the memory is
+ * unknown, and the search finds it. */
+static int bounded(const sm_element *element) {
+    return element->law == SM_FRICTIONAL && element->tangents == 1;
+}
+
+void sm_bound_sliders(sm_elastic_lines *e, const double *x) {
+    const sm_elastic *elastic = e->contact->elastic;
+    for (int32_t k = 0; k < elastic->elements; k++) {
+        const sm_element *element = &elastic->element[k];
+        if (!bounded(element)) continue;
+        const double N = element->preload
+                         + element->normal_stiffness * (x[element->column[1]] - element->gap);
+        const double limit = element->friction * fmax(N, 0.0), k_t = element->tangential_stiffness;
+        const double centre = x[element->column[0]] + element->tangential_preload[0] / k_t;
+        e->bounds[2 * k] = fmax(e->bounds[2 * k], centre - limit / k_t);
+        e->bounds[2 * k + 1] = fmin(e->bounds[2 * k + 1], centre + limit / k_t);
+    }
+}
+
+/* Returns 1 less the motion of a bound per motion of the slider: low if `side` is 1, high if -1. */
+static double lag(const sm_elastic_lines *e, const sm_element *element, double side) {
+    const size_t i = (size_t)element->column[0], n = (size_t)element->column[1];
+    const double *R = e->flexibility + i * e->lines.contacts;
+    const double own = R[i] + sm_marched_flexibility(&e->marched, i, i);
+    const double normal = R[n] + sm_marched_flexibility(&e->marched, i, n);
+    const double rise = element->friction * element->normal_stiffness
+                        / element->tangential_stiffness;
+    const double k_ref = e->contact->elastic->reference[i];
+    return fmax(1.0 - k_ref * (own - side * rise * normal), SMALLEST_LAG);
+}
+
+void sm_place_stuck_sliders(sm_elastic_lines *e) {
+    const sm_elastic *elastic = e->contact->elastic;
+    const size_t lines = e->lines.lines;
+    double *memory = e->memory;
+    for (int32_t k = 0; k < elastic->elements; k++) {
+        const sm_element *element = &elastic->element[k];
+        const double low = e->bounds[2 * k], high = e->bounds[2 * k + 1];
+        double at = 0.0;
+        for (size_t p = 0; p < lines; p++) at += memory[p * e->memory_size] / (double)lines;
+        const double side = at > 0.0 ? 1.0 : -1.0, bound = at > 0.0 ? low : high;
+        if (bounded(element) && low < high && side * bound < side * at) {
+            const double to = side * fmax(side * (at + (bound - at) / lag(e, element, side)), 0.0);
+            for (size_t p = 0; p < lines; p++) {
+                double *slider = memory + p * e->memory_size;
+                const size_t i = (size_t)element->column[0];
+                sm_marched_shift(&e->marched, p, i, elastic->reference[i] * (to - *slider));
+                *slider = to;
+            }
+        }
+        memory += sm_element_memory(element);
+    }
+}
 
 /* Carries the positions of one slider over, from the lines on which it has moved. */
 static void carry_over(const sm_elastic_lines *e, const double *at_start, double *now) {
