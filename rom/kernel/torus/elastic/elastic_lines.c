@@ -124,7 +124,7 @@ static sm_status step_line(sm_elastic_lines *e, size_t p, const double *u, doubl
     memcpy(memory, e->solver.next, e->memory_size * sizeof(double));
     for (size_t i = 0; i < n; i++) e->own_stuck_x[i] = x[i] - e->compliance[i] * e->solver.y[i];
     if (e->slipped[p]) reverse(e, p);
-    sm_bound_sliders(e, x);
+    sm_bound_sliders(e, p, x);
     e->slipped[p] = e->solver.yielding > 0;
     memcpy(e->stuck_x[1] + at, e->stuck_x[0] + at, n * sizeof(double));
     memcpy(e->stuck_x[0] + at, e->own_stuck_x, n * sizeof(double));
@@ -187,10 +187,8 @@ static sm_status march_period(sm_march *m) {
     sm_elastic_lines_displace(e, amplitude, m->response);
     sm_phase_lines_clear(&e->lines);
     memset(e->square, 0, n * sizeof(double));
-    for (int32_t k = 0; k < e->contact->elastic->elements; k++) {
-        e->bounds[2 * k] = -INFINITY;
-        e->bounds[2 * k + 1] = INFINITY;
-    }
+    for (size_t k = 0; k < 2 * (size_t)e->contact->elastic->elements; k++)
+        e->bounds[k] = -INFINITY;
     memcpy(e->memory_at_start, e->memory, e->lines.lines * e->memory_size * sizeof(double));
     for (size_t k = 0; k < steps; k += SM_TOGETHER) {
         const size_t left = steps - k;
@@ -230,6 +228,7 @@ static void place(sm_elastic_lines *e, sm_block *block) {
     e->memory = sm_take(block, lines * e->memory_size);
     e->memory_at_start = sm_take(block, lines * e->memory_size);
     e->bounds = sm_take(block, 2 * (size_t)contact->elastic->elements);
+    e->last_bounds = sm_take(block, 4 * (size_t)contact->elastic->elements * lines);
     double **rows[] = {&e->compliance, &e->x_before,       &e->own_u, &e->own_stuck_x,
                        &e->own_y,  &e->own_correction, &e->square};
     for (size_t k = 0; k < sizeof rows / sizeof *rows; k++) *rows[k] = sm_take(block, n);

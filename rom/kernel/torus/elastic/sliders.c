@@ -4,6 +4,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "contact/elastic/reversal.h"
 #include "torus/elastic/elastic_lines.h"
 
 /* Smallest difference between 1 and the motion of a bound per motion of a slider. */
@@ -15,7 +16,7 @@ static int bounded(const sm_element *element) {
     return element->law == SM_FRICTIONAL && element->tangents == 1;
 }
 
-void sm_bound_sliders(sm_elastic_lines *e, const double *x) {
+void sm_bound_sliders(sm_elastic_lines *e, size_t p, const double *x) {
     const sm_elastic *elastic = e->contact->elastic;
     for (int32_t k = 0; k < elastic->elements; k++) {
         const sm_element *element = &elastic->element[k];
@@ -24,8 +25,15 @@ void sm_bound_sliders(sm_elastic_lines *e, const double *x) {
                          + element->normal_stiffness * (x[element->column[1]] - element->gap);
         const double limit = element->friction * fmax(N, 0.0), k_t = element->tangential_stiffness;
         const double centre = x[element->column[0]] + element->tangential_preload[0] / k_t;
-        e->bounds[2 * k] = fmax(e->bounds[2 * k], centre - limit / k_t);
-        e->bounds[2 * k + 1] = fmin(e->bounds[2 * k + 1], centre + limit / k_t);
+        for (int side = 0; side < 2; side++) {
+            double *last = e->last_bounds + 2 * (2 * (p * (size_t)elastic->elements + (size_t)k)
+                                                 + (size_t)side);
+            const double z[3] = {last[0], last[1], (side ? -centre : centre) - limit / k_t};
+            double *bound = &e->bounds[2 * k + side];
+            *bound = fmax(*bound, fmax(z[2], z[1] + sm_rise(z)));
+            last[0] = z[1];
+            last[1] = z[2];
+        }
     }
 }
 
@@ -47,7 +55,7 @@ void sm_place_stuck_sliders(sm_elastic_lines *e) {
     double *memory = e->memory;
     for (int32_t k = 0; k < elastic->elements; k++) {
         const sm_element *element = &elastic->element[k];
-        const double low = e->bounds[2 * k], high = e->bounds[2 * k + 1];
+        const double low = e->bounds[2 * k], high = -e->bounds[2 * k + 1];
         double at = 0.0;
         for (size_t p = 0; p < lines; p++) at += memory[p * e->memory_size] / (double)lines;
         const double side = at > 0.0 ? 1.0 : -1.0, bound = at > 0.0 ? low : high;
