@@ -173,7 +173,9 @@ class FrictionalContact:
         element["friction"] = per_contact("mu", self.mu, count)
         for name in ("preload", "tangential_stiffness", "normal_stiffness", "gap"):
             element[name] = per_contact(name, getattr(self, name), count)
-        tangential = per_contact("tangential_preload", self.tangential_preload, count * self.tangents)
+        tangential = per_contact(
+            "tangential_preload", self.tangential_preload, count * self.tangents
+        )
         element["tangential_preload"][:, : self.tangents] = tangential.reshape(count, -1)
         held = element["friction"] * element["preload"]
         pulled = np.linalg.norm(element["tangential_preload"], axis=1)

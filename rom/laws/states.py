@@ -1,8 +1,8 @@
 """States of elastic contacts at instants of a motion, and the energy in their springs.
 
 A frictional contact is open if its normal force would be negative, N0 + k_n (x_n - gap) <= 0, and
-slips if its tangential force reaches the limit, |T0 + f_t| >= mu N. Parallel Jenkins elements, as in
-the Iwan law, slip if all of them do (macro-slip).
+slips if its tangential force reaches the limit, |T0 + f_t| >= mu N. Parallel Jenkins elements, as
+in the Iwan law, slip if all of them do (macro-slip).
 """
 
 from __future__ import annotations
@@ -38,8 +38,8 @@ def contact_states(
 ) -> ContactStates:
     """Return the states at instants of a motion, x_c and f (n, N_c) [m], [N].
 
-    Along a normal f is N - N0, tangentially T - T0, as in `Motion` and `FullMotion`. `scale`, (n,) or a number, is a
-    factor on limits and preloads.
+    Along a normal f is N - N0, tangentially T - T0, as in `Motion` and `FullMotion`. `scale`, (n,)
+    or a number, is a factor on limits and preloads.
     """
     shape = (len(displacement), len(elements.element))
     state = np.zeros(shape, dtype=np.int8)

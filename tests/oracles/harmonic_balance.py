@@ -71,7 +71,7 @@ def contact_forces(system: System, c: np.ndarray) -> tuple[np.ndarray, np.ndarra
 
 
 def frictional_forces(system: System, c: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the same of frictional contacts; derivatives (contacts, 2 H + 1, contacts, 2 H + 1)."""
+    """Return the same of frictional contacts; a derivative of each force by all displacements."""
     basis, back = _basis(c.shape[1] // 2)
     names = ("mu", "preload", "tangential", "normal", "gap")
     mu, preload, k, stiffness, gap = np.array(

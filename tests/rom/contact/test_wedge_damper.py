@@ -92,5 +92,5 @@ def test_one_table_serves_every_static_force():
 
 
 def test_a_force_that_no_contact_can_hold_is_refused():
-    with pytest.raises(rom.SlipmodeError, match=r"static_force: no equilibrium was found, because"):
+    with pytest.raises(rom.SlipmodeError, match=r"static_force: no equilibrium was found"):
         rom.preload(damper(), LAW, {5: -STATIC})
