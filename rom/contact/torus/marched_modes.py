@@ -25,8 +25,8 @@ from slipmode.rom.short_repr import frozen
 _DAMPING = 0.5  # zeta
 # Modes below this part of the carrier would take periods to come to rest, and hardly respond,
 _FAST = 0.7
-# except to the mean of forces that are not odd. Modes above _SLOWEST follow this mean with critical
-# damping: their free motion falls to a third within four periods.
+# except to the mean of forces that are not odd. Modes above _SLOWEST follow it, critically
+# damped: their free motion falls to a third within four periods.
 _SLOWEST = 0.05
 
 

@@ -14,6 +14,7 @@ from oracles.harmonic_balance import nonlinear_mode
 from slipmode import rom
 from slipmode.rom.contact.problem import ContactProblem
 from slipmode.rom.contact.torus.grid import Discretisation
+from slipmode.runner import load_scene
 
 REFERENCE = (
     Path(__file__).parents[4] / "shared" / "data" / "published" / "wedge_damper_reference.csv"
@@ -71,6 +72,21 @@ def test_frequency_and_damping_are_those_of_harmonic_balance():
         mode = nonlinear_mode(system, shape, size, harmonics=9, alone=True, static=force)
         assert found.frequency[k] == pytest.approx(mode.omega, rel=1e-3)
         assert found.damping[k] == pytest.approx(mode.zeta, rel=0.02)
+
+
+@pytest.mark.oracle
+def test_the_shipped_scene_has_the_amplitude_of_harmonic_balance():
+    """By 25 harmonics, of which the 17th moves a mode; the table has those up to the 15th."""
+    scene = load_scene("wedge-damper")
+    assert scene.preload.force == {5: STATIC}
+    forcing = scene.forcing["A"]
+    frequency, force = forcing.frequency.values[0], {2: forcing.amplitude.values[0]}
+    rest, reduced = loaded()
+    found = rom.steady_state(reduced, rest.law, [frequency], (force,), tolerance=1e-2)
+    assert np.abs(found.amplitude) == pytest.approx(1.11255e-3, rel=1e-3)
+    assert np.abs(rom.steady(model(), [frequency], (force,))) == pytest.approx(
+        1.11255e-3, rel=1e-2
+    )
 
 
 def test_a_steady_state_follows_from_the_load_history_alone():
