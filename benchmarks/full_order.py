@@ -9,7 +9,6 @@ from __future__ import annotations
 import argparse
 import os
 import tempfile
-import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
@@ -26,13 +25,14 @@ from slipmode.rom.arrays import Floats
 from slipmode.rom.full import FullMotion
 from slipmode.rom.full.coordinates import ModalCoordinates
 from slipmode.rom.full.integration import Integrator
-from slipmode.runner.plan.plan import Plan, make_plan
+from slipmode.runner.plan.plan import ModesPlan
+from slipmode.runner.plan.planning import make_plan
 from slipmode.runner.recording.record import Recorder
 from slipmode.runner.scene.scene import load_scene
 from slipmode.runner.transients.full_order import excitation_of, initial_state
-from slipmode.runner.transients.hybrid import stepper
 from slipmode.runner.transients.passes.integrated import IntegratedPass
-from slipmode.runner.transients.passes.loop import Recording
+from slipmode.runner.transients.passes.loop import Destination
+from slipmode.runner.transients.passes.slow import SlowPass
 from slipmode.runner.validation.validate import MOST_DOFS, full_motion, slow_motion, with_window
 
 _ERROR = 1e-3
@@ -106,7 +106,7 @@ def _beside_newmark() -> None:
     )
 
 
-def on_component_modes(plan: Plan, times: Floats) -> tuple[int, Callable[[int], Integrated]]:
+def on_component_modes(plan: ModesPlan, times: Floats) -> tuple[int, Callable[[int], Integrated]]:
     """Return the number of coordinates, and what prepares a run of so many steps a period.
 
     A run returns displacements of the retained modes.
@@ -127,7 +127,7 @@ def on_component_modes(plan: Plan, times: Floats) -> tuple[int, Callable[[int], 
     return small.structure.n_dofs, prepare
 
 
-def _slow_runs(plan: Plan, model: rom.Model, exact: Floats) -> list[Timed]:
+def _slow_runs(plan: ModesPlan, model: rom.Model, exact: Floats) -> list[Timed]:
     """Slow runs at every setting; errors of the displacements in the scene's windows."""
     found, run = [], plan.scene.run
     for many in _COMMUNICATION:
@@ -136,25 +136,23 @@ def _slow_runs(plan: Plan, model: rom.Model, exact: Floats) -> list[Timed]:
             schedule = replace(plan.schedule, step=changed.step)
             coarser = replace(plan, scene=replace(plan.scene, run=changed), schedule=schedule)
             seconds = min(_slow_seconds(coarser, model) for _ in range(_REPEATS))
-            _, motion = slow_motion(coarser, model)
+            motion, _ = slow_motion(coarser, model)
             error = worst_rms(motion.modal[:, : model.modes], exact)
             found.append(Timed(seconds, error, f"steps of {changed.step:g} s, to {tolerance:g}"))
     return found
 
 
-def _slow_seconds(plan: Plan, model: rom.Model) -> float:
-    component = stepper(plan, model)
-    durations = plan.schedule.durations()
-    inputs = plan.schedule.inputs(component.input_names)
-    started = time.process_time()
-    component.run(durations, inputs)
-    return time.process_time() - started
+def _slow_seconds(plan: ModesPlan, model: rom.Model) -> float:
+    without = replace(plan, scene=replace(plan.scene, contact=(), elastic=()))
+    pass_ = SlowPass(without, Destination(Recorder([])), model)
+    pass_.run()
+    return pass_.seconds
 
 
 def _slow_beside_full(name: str) -> None:
     plan = with_window(make_plan(load_scene(name)))
     table, (model, _) = processor_time(plan.model)
-    seconds, (_, motion) = processor_time(lambda: slow_motion(plan, model), 2)
+    seconds, (motion, _) = processor_time(lambda: slow_motion(plan, model), 2)
     times = np.union1d(motion.time, [plan.scene.run.duration])
     seen = np.isin(times, motion.time)
     coordinates, prepare = on_component_modes(plan, times)
@@ -187,9 +185,7 @@ def _integrated_seconds(name: str) -> float:
     scene = load_scene(name)
     without = replace(scene.model, table="none", transients="slow", amplitude=None, budget=None)
     plan = make_plan(replace(scene, model=without))
-    with Recorder([]) as recorder:
-        run = IntegratedPass(plan, Recording(recorder, lambda: None)).run
-        return processor_time(lambda: run(False), 2)[0]
+    return processor_time(lambda: IntegratedPass(plan, Destination(Recorder([]))).run(), 2)[0]
 
 
 def main(arguments: list[str] | None = None) -> None:

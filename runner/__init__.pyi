@@ -5,11 +5,9 @@ from .curves.scene_curves import scene_performance as scene_performance
 from .curves.scene_curves import scene_response_curve as scene_response_curve
 from .explore.explore import explore as explore
 from .fmi.export import export_fmu as export_fmu
-from .plan.mistuned import MistunedPlan as MistunedPlan
-from .plan.mistuned import plan_scene as plan_scene
 from .plan.plan import Plan as Plan
-from .plan.plan import make_plan as make_plan
-from .plan.shared_tone import SharedTonePlan as SharedTonePlan
+from .plan.planning import make_plan as make_plan
+from .plan.planning import plan_scene as plan_scene
 from .recording.check import Info as Info
 from .recording.check import doctor as doctor
 from .recording.check import info as info

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import time
+from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from os import PathLike
@@ -13,11 +14,9 @@ from typing import Any
 from slipmode.rom import Model, SlipmodeError
 from slipmode.rom.short_repr import short_list
 from slipmode.runner.interrupts import interrupts_held_back
-from slipmode.runner.plan.mistuned import AnyPlan, MistunedPlan, plan_scene
-from slipmode.runner.plan.moved import moved_by
 from slipmode.runner.plan.plan import Plan
-from slipmode.runner.plan.shared_tone import SharedTonePlan
-from slipmode.runner.recording import channels
+from slipmode.runner.plan.planning import plan_scene
+from slipmode.runner.recording.channels import Channel
 from slipmode.runner.recording.load import RecordingData, read
 from slipmode.runner.recording.record import (
     Header,
@@ -27,18 +26,25 @@ from slipmode.runner.recording.record import (
     describe_run,
 )
 from slipmode.runner.scene.scene import Scene, load_scene
-from slipmode.runner.transients.disk_motion import shown_dof
-from slipmode.runner.transients.hybrid import stepper
-from slipmode.runner.transients.motion import Stepper, contact_channels
-from slipmode.runner.transients.passes import loop
+from slipmode.runner.transients.passes.blades import BladePass
 from slipmode.runner.transients.passes.integrated import IntegratedPass
-from slipmode.runner.transients.passes.mistuned import MistunedPass
+from slipmode.runner.transients.passes.loop import Destination, Pass
 from slipmode.runner.transients.passes.slow import SlowPass
-from slipmode.runner.transients.passes.tones import SharedTonePass
+from slipmode.runner.transients.passes.tones import TonePass
+from slipmode.runner.transients.passes.waves import WavePass
 from slipmode.runner.view.foxglove import write_layout
 from slipmode.runner.view.viewer import Viewer
 
 _log = logging.getLogger("slipmode.run")
+
+# By `Plan.kind`. Passes with a friction table also need the model.
+PASSES: dict[str, Callable[..., Pass[Any]]] = {
+    "modes": SlowPass,
+    "waves": WavePass,
+    "tones": TonePass,
+    "blades": BladePass,
+    "full order": IntegratedPass,
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +53,7 @@ class Recording:
 
     Attributes
     ----------
-    plan : Plan, SharedTonePlan or MistunedPlan
+    plan : Plan
         Plan of the scene.
     model : Model or None
         Model of the scene; None without a friction table.
@@ -62,7 +68,7 @@ class Recording:
         Whether the table came from the cache or from `model.file`.
     """
 
-    plan: AnyPlan
+    plan: Plan[Any]
     model: Model | None
     mcap: Path | None
     rrd: Path | None
@@ -76,7 +82,7 @@ class Recording:
     def __repr__(self) -> str:
         scene = self.plan.scene
         files = ", ".join(str(path) for path in (self.mcap, self.rrd) if path) or "no files"
-        topics = short_list(channel.topic for channel in _channels(self.plan))
+        topics = short_list(channel.topic for channel in self.plan.channels)
         return (
             f"Recording({scene.title!r}: {files}; {topics}; complete, {scene.run.duration:g} s, "
             f"{self.steps} steps, {self.samples} samples of fast motion)"
@@ -163,14 +169,11 @@ def run(
     plan = plan_scene(scene, progress=progress)
     for warning in plan.warnings:
         _log.warning("%s", warning)
-    model, cached = None, False
-    if isinstance(plan, Plan):
-        if fmu is not None:
-            from slipmode.runner.fmi.load import range_of  # FMPy takes a while to import
+    if fmu is not None:
+        from slipmode.runner.fmi.load import open_fmu, range_of  # FMPy takes a while to import
 
-            plan = replace(plan, amplitude=range_of(fmu, plan))
-        if scene.tabulated:
-            model, cached = plan.model(progress=progress)
+        plan = replace(plan, amplitude=range_of(fmu, plan))
+    model, cached = plan.model(progress=progress) if scene.tabulated else (None, False)
     table_seconds = time.perf_counter() - started
     folder = Path(output)
     mcap = folder / f"{scene.name}.mcap" if scene.log.mcap else None
@@ -178,35 +181,21 @@ def run(
     if mcap or rrd:
         folder.mkdir(parents=True, exist_ok=True)
 
-    moved = {} if isinstance(plan, MistunedPlan) else moved_by(plan)
     details = describe_run(scene.text, model)
+    moved = plan.excited.moved(plan.amplitude)
     details |= {f"mode_{name}": each.describe() for name, each in moved.items()}
     details |= {"fmu": Path(fmu).name} if fmu else {}
     header = Header(scene.title, scene.text, details, scene.name)
     with ExitStack() as stack:
         raise_if_interrupted = stack.enter_context(interrupts_held_back())
-        component: Stepper | None = None
-        if isinstance(plan, Plan) and model is not None:
-            if fmu is not None:
-                from slipmode.runner.fmi.load import open_fmu
-
-                component = stack.enter_context(open_fmu(fmu, plan, model))
-            else:
-                component = stepper(plan, model)
-        recorder = stack.enter_context(open_recorder(header, _channels(plan), mcap, rrd, live))
-        pass_: loop.Pass[Any]
-        recording = loop.Recording(recorder, raise_if_interrupted)
-        if isinstance(plan, MistunedPlan):
-            pass_ = MistunedPass(plan, recording)
-        elif isinstance(plan, SharedTonePlan):
-            pass_ = SharedTonePass(plan, recording)
-        elif model is None or component is None:
-            pass_ = IntegratedPass(plan, recording)
-        else:
-            pass_ = SlowPass(plan, recording, component, model)
+        component = stack.enter_context(open_fmu(fmu, plan, model)) if fmu and model else None
+        recorder = stack.enter_context(open_recorder(header, plan.channels, mcap, rrd, live))
+        tabulated = (model, component) if model else ()
+        destination = Destination(recorder, raise_if_interrupted)
+        pass_ = PASSES[plan.kind](plan, destination, *tabulated)
         pass_.run(progress)
     if mcap:
-        write_layout(mcap, header, _channels(plan))
+        write_layout(mcap, header, plan.channels)
     return Recording(
         plan=plan,
         model=model,
@@ -223,7 +212,7 @@ def run(
 
 def open_recorder(
     header: Header,
-    listed: list[channels.Channel],
+    listed: list[Channel],
     mcap: Path | None,
     rrd: Path | None,
     live: Viewer | None = None,
@@ -242,26 +231,3 @@ def open_recorder(
         Recorder(sinks).close()
         raise
     return Recorder(sinks)
-
-
-def _channels(plan: AnyPlan) -> list[channels.Channel]:
-    """Return the channels that a run records."""
-    if isinstance(plan, MistunedPlan):
-        return plan.channels
-    scene = plan.scene
-    reduced, tones = plan.excited.contacts[0], plan.excited.modes
-    listed = [channels.modes(plan.excited.mode_names), channels.forcing(tones), channels.energy()]
-    if scene.contact:
-        listed += contact_channels(reduced)
-        if reduced.contacts is not None:
-            listed.append(channels.contact_share(len(reduced.contacts.element)))
-        if len(tones) == 2:
-            listed.append(channels.phases())
-        if len(tones) == 2 and scene.tabulated and scene.disk is None:
-            listed.append(channels.torus())
-    if scene.output.elastic:
-        listed.append(channels.elastic(scene.output.elastic))
-    if isinstance(plan, Plan) and plan.excited.waves is not None and scene.windows:
-        waves = plan.excited.waves
-        listed.append(channels.disk(waves.structure.sectors, shown_dof(plan, waves)))
-    return listed

@@ -24,7 +24,7 @@ from slipmode.runner.curves.scene_curves import (
     scene_response_curve,
 )
 from slipmode.runner.pictures import check_pictures, page_figure
-from slipmode.runner.plan.moved import displacement_shapes
+from slipmode.runner.plan.excited import displacement_shapes
 from slipmode.runner.scene.scene import Scene, load_scene
 from slipmode.runner.view.labels import units_of
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 from argparse import Namespace
 
 from slipmode.runner.commands import SCENE, Command, print_next
-from slipmode.runner.plan.mistuned import plan_scene
-from slipmode.runner.plan.plan import Plan
+from slipmode.runner.plan.planning import plan_scene
 from slipmode.runner.scene.scene import load_scene
 from slipmode.runner.transients.full_order import integration_cost
 
@@ -19,7 +18,7 @@ def commands() -> dict[str, Command]:
 def _plan(options: Namespace) -> int:
     plan = plan_scene(load_scene(options.scene), progress=True)
     shown = [d for d in plan.decisions if d.level == "info"]
-    if isinstance(plan, Plan) and plan.may_be_integrated:
+    if plan.may_be_integrated:
         shown += integration_cost(plan)
     rows = [(d.subject, d.choice, d.reason) for d in shown]
     widths = [max(len(row[k]) for row in rows) for k in range(2)]

@@ -9,7 +9,6 @@ from pathlib import Path
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.short_repr import percentage
 from slipmode.runner.commands import OUTPUT, SCENE, Argument, Command, print_next
-from slipmode.runner.plan.plan import Plan
 from slipmode.runner.run import run
 from slipmode.runner.validation.validate import validate
 from slipmode.runner.view.viewer import find_viewer
@@ -49,12 +48,12 @@ def _run(options: Namespace) -> int:
     source = "from model.file" if recording.plan.scene.saved_model else source
     before, steps = "friction table", "slow time"
     if recording.model is None:
-        steps = "full order" if isinstance(recording.plan, Plan) else "slow time"
+        steps = "full order" if recording.plan.kind == "full order" else "slow time"
         before, source = "plan", "no friction table"
     print(f"{recording.plan.scene.title}: {recording.plan.scene.run.duration:g} s")
     print(f"  {before:14}   {recording.table_seconds * 1e3:8.1f} ms  ({source})")
     taken = f"{recording.steps} steps"
-    if isinstance(recording.plan, Plan) and (share := recording.plan.full_order_share):
+    if share := recording.plan.full_order_share:
         taken += f", with full order in about {percentage(share)} of the time"
     print(f"  {steps:14}   {recording.slow_seconds * 1e3:8.1f} ms  ({taken})")
     included = f"{recording.samples} samples of fast motion, recordings included"

@@ -20,8 +20,9 @@ from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.branches.forced import Varied
 from slipmode.rom.table.cache import cached_model
 from slipmode.rom.validity import Finding, warn
-from slipmode.runner.plan.plan import Plan, make_plan
-from slipmode.runner.plan.shared_tone import SharedTonePlan, plan_shared_tone
+from slipmode.runner.plan.plan import ModesPlan
+from slipmode.runner.plan.planning import make_plan, plan_scene
+from slipmode.runner.plan.tones import TonesPlan
 from slipmode.runner.recording.channels import Mode
 from slipmode.runner.scene.sections import Scene
 
@@ -32,7 +33,7 @@ _Forced = TypeVar("_Forced", rom.ResponseCurve, rom.PerformanceCurve)
 class SceneForcing:
     """The forces at the end of a scene."""
 
-    plan: Plan
+    plan: ModesPlan
     frequency: Floats  # (tones,) [rad/s]
     force: list[Floats]  # [N], of each tone
     phase: Floats  # (tones,) [rad]
@@ -75,7 +76,7 @@ def scene_response_curve(
         Shows progress bars on work longer than a second.
     """
     if scene.modes.tones:
-        return _tone_curve(plan_shared_tone(scene), vary, span)
+        return _tone_curve(plan_scene(scene), vary, span)
     forcing = SceneForcing.of(scene, progress=progress)
     excited, at_edge = forcing.plan.excited, 0.97  # of a table's range: the curve may be cut off
     vary = vary or cast(Varied, f"frequency_{excited.modes[0]}")
@@ -131,13 +132,13 @@ def scene_response_curve(
             raise SlipmodeError("span: the amplitudes grow without bound in this span")
     amplitude = 1.1 * np.maximum(reached, 1e-2 * tried)  # twice the coarse tolerance above
     curve, _ = curve_on(amplitude, scene.model.tolerance)
-    return _with_structure(curve, forcing.plan.known_structure)
+    return _with_structure(curve, forcing.plan.excited.structure)
 
 
 def _tone_curve(
-    plan: SharedTonePlan, vary: Varied | None, span: Sequence[ArrayLike] | None
+    plan: TonesPlan, vary: Varied | None, span: Sequence[ArrayLike] | None
 ) -> rom.ToneCurve:
-    reduced, tones = plan.model.reduced, plan.excited.modes
+    reduced, tones = plan.excited.reduced, plan.excited.modes
     vary = vary or "frequency_A"
     if span is None:
         if not vary.startswith("frequency_"):
@@ -149,7 +150,7 @@ def _tone_curve(
         for name in ("frequency", "force", "phase")
     )
     forces = [f * pattern for f, pattern in zip(size, plan.excited.force_patterns, strict=True)]
-    return rom.response_curve(plan.model, frequency, forces, vary, span, phase)
+    return rom.response_curve(plan.excited.tone_model, frequency, forces, vary, span, phase)
 
 
 def scene_backbone(

@@ -20,8 +20,8 @@ from slipmode.rom.laws.friction import is_homogeneous
 from slipmode.rom.validity import warn
 from slipmode.runner.explore.inputs import page_inputs
 from slipmode.runner.explore.page_file import write_page
-from slipmode.runner.plan.moved import moved_by
-from slipmode.runner.plan.plan import Plan, make_plan
+from slipmode.runner.plan.plan import ModesPlan
+from slipmode.runner.plan.planning import make_plan
 from slipmode.runner.scene.scene import Scene, load_scene
 from slipmode.runner.view.labels import units_of
 from slipmode.runner.view.plots import PLOTS
@@ -99,7 +99,7 @@ def explore(
     return path
 
 
-def _model(plan: Plan, headroom: float, progress: bool) -> Model:
+def _model(plan: ModesPlan, headroom: float, progress: bool) -> Model:
     """Return the model with the largest range up to `headroom` in which the contacts settle."""
     consistent = plan.excited.reduced.formulation == "consistent"
     while True:
@@ -107,7 +107,7 @@ def _model(plan: Plan, headroom: float, progress: bool) -> Model:
             found, _ = plan.model(
                 contact=_shows_motion(plan),
                 headroom=headroom,
-                detuning=consistent and plan.excited.waves is None,
+                detuning=consistent and plan.scene.disk is None,
                 progress=progress,
             )
             return found
@@ -117,13 +117,13 @@ def _model(plan: Plan, headroom: float, progress: bool) -> Model:
             headroom = max(1.0, 0.5 * headroom)
 
 
-def _shows_motion(plan: Plan) -> bool:
+def _shows_motion(plan: ModesPlan) -> bool:
     """Return whether motion can be computed: a saved model must keep the harmonics of contacts."""
     saved = plan.scene.saved_model
     return saved is None or saved.harmonics is not None or saved.reduced.formulation == "paper"
 
 
-def page_options(plan: Plan) -> ExportOptions:
+def page_options(plan: ModesPlan) -> ExportOptions:
     """Return what a page computes: it starts from rest with the inputs at the end of the scene."""
     excited, schedule = plan.excited, plan.schedule
     contact = _shows_motion(plan)
@@ -143,12 +143,12 @@ def page_options(plan: Plan) -> ExportOptions:
 
 
 def _content(
-    plan: Plan, model: Model, options: ExportOptions, variables: list[Variable]
+    plan: ModesPlan, model: Model, options: ExportOptions, variables: list[Variable]
 ) -> dict[str, Any]:
     """Return what the page shows, and where it finds the values."""
     scene, modes, named = plan.scene, plan.excited.modes, {v.name: v for v in variables}
     reference = {v.name: k for k, v in enumerate(variables) if v.size is None}
-    moved = moved_by(plan)
+    moved = plan.excited.moved(plan.amplitude)
     units = units_of(scene.text, 2.0 * max(m.shape * m.amplitude for m in moved.values()))
     inputs = page_inputs(plan, model, units, {name: named[name].start for name in options.start})
     wanted = [f"{mode}_{part}" for mode in modes for part in ("re", "im", "abs")]

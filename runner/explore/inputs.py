@@ -13,11 +13,11 @@ from slipmode.rom.contact.slip_onset import slip_onset
 from slipmode.rom.laws.friction import is_homogeneous
 from slipmode.rom.slow.units import Units
 from slipmode.runner.fmi.export import largest_forces
-from slipmode.runner.plan.plan import Plan
+from slipmode.runner.plan.plan import ModesPlan
 
 
 def page_inputs(
-    plan: Plan, model: Model, units: Units, start: Mapping[str, Any]
+    plan: ModesPlan, model: Model, units: Units, start: Mapping[str, Any]
 ) -> list[dict[str, Any]]:
     """Return name, label, unit, range and start value of each input.
 
@@ -25,7 +25,7 @@ def page_inputs(
 
     Parameters
     ----------
-    plan : Plan
+    plan : ModesPlan
     model : Model
     units : Units
         Units of the page.
@@ -63,7 +63,7 @@ def _input(
     return described | {"least": span[0], "most": span[1], "start": float(value)}
 
 
-def frequency_spans(plan: Plan, model: Model) -> list[tuple[float, float]]:
+def frequency_spans(plan: ModesPlan, model: Model) -> list[tuple[float, float]]:
     """Return for each mode the frequencies [rad/s] that a page covers.
 
     They contain the resonance at all amplitudes of the table, with the other mode at rest,
@@ -84,7 +84,7 @@ def frequency_spans(plan: Plan, model: Model) -> list[tuple[float, float]]:
     return spans
 
 
-def limit_span(plan: Plan, model: Model) -> tuple[float, float]:
+def limit_span(plan: ModesPlan, model: Model) -> tuple[float, float]:
     """Return factors on limits and preloads, from slip to stick.
 
     At the least of them the largest amplitudes of the scene end the friction table. At the largest

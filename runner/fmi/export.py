@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from itertools import product
 from math import ceil, isfinite
@@ -17,8 +18,8 @@ from slipmode.rom import Model, SlipmodeError
 from slipmode.rom.slow.slow_flow import ForcedFlow
 from slipmode.rom.validity import warn
 from slipmode.runner.plan.amplitude_range import shortened
-from slipmode.runner.plan.plan import Plan, make_plan
-from slipmode.runner.plan.shared_tone import SharedTonePlan, plan_shared_tone
+from slipmode.runner.plan.plan import ModesPlan, Plan
+from slipmode.runner.plan.planning import make_plan, plan_scene
 from slipmode.runner.scene.scene import Scene, load_scene
 from slipmode.runner.scene.schedule import is_rate
 
@@ -65,12 +66,13 @@ def export_fmu(
         raise SlipmodeError(f"range: must be a finite number >= 1, got {headroom:g}")
     if not isinstance(scene, Scene):
         scene = load_scene(scene)
-    plan: Plan | SharedTonePlan
-    if scene.modes.tones:
-        plan, fixed = plan_shared_tone(scene), "modes that share a tone have no table to extend"
-    else:
-        plan = make_plan(scene.in_slow_time(), progress=progress)
-        fixed = "the model of model.file has its own" if scene.saved_model is not None else ""
+    shares_tone, fixed = bool(scene.modes.tones), ""
+    if shares_tone:
+        fixed = "modes that share a tone have no table to extend"
+    elif scene.saved_model is not None:
+        fixed = "the model of model.file has its own"
+    planned: Callable[..., Plan[Any]] = plan_scene if shares_tone else make_plan
+    plan = planned(scene.in_slow_time(), progress=progress)
     if fixed and headroom not in (1.0, HEADROOM):
         raise SlipmodeError(f"range: must be left out, because {fixed}")
     elastic = plan.scene.output.elastic
@@ -91,8 +93,8 @@ def export_fmu(
         "tolerance": scene.run.tolerance,
     }
     path, options = output or f"{scene.name}.fmu", shared | options
-    if isinstance(plan, SharedTonePlan):
-        return fmu.export(plan.model, path, plan.excited.force_patterns, **options)
+    if shares_tone:
+        return fmu.export(plan.excited.tone_model, path, plan.excited.force_patterns, **options)
     if contacts and not plan.excited.reduced.n_contacts:
         raise SlipmodeError("contacts: must be left out, because the model of model.file has none")
     warn(each for each in plan.decisions if each.subject == "transients")
@@ -106,7 +108,7 @@ def export_fmu(
     return fmu.export(model, path, plan.excited.force_patterns, **options)
 
 
-def largest_forces(plan: Plan, model: Model) -> dict[str, float]:
+def largest_forces(plan: ModesPlan, model: Model) -> dict[str, float]:
     """Return the largest magnitudes of the force inputs at which the scene stays in the table.
 
     All forces of the scene grow by one factor, found to 1 %, until an amplitude leaves the table.
@@ -129,7 +131,7 @@ def largest_forces(plan: Plan, model: Model) -> dict[str, float]:
     return {name: force for name, force in largest if force > 0.0}
 
 
-def _stays(plan: Plan, model: Model, factor: float) -> bool:
+def _stays(plan: ModesPlan, model: Model, factor: float) -> bool:
     """Return whether the scene with `factor` times its forces stays in the table."""
     scripts = {
         name: script.scaled(factor) if name.startswith("force_") else script
@@ -137,15 +139,14 @@ def _stays(plan: Plan, model: Model, factor: float) -> bool:
     }
     schedule = replace(plan.schedule, scripts=scripts)
     excited = plan.excited.started(schedule)
+    steps = shortened(schedule, model, excited.modes)
     try:
-        component = excited.component(model, plan.scene.run.tolerance)
+        return excited.follow(model, steps, plan.scene.run.tolerance).stop is None
     except SlipmodeError:  # it starts outside
         return False
-    steps = shortened(schedule, model, excited.modes, component.input_names)
-    return excited.follow(component, steps.durations, steps.inputs).stop is None
 
 
-def _euler_step(plan: Plan, model: Model) -> float:
+def _euler_step(plan: ModesPlan, model: Model) -> float:
     """Return the scene's step, or a whole part of it, at which explicit Euler is accurate [s].
 
     FMUs declare it for importers that integrate Model Exchange with fixed steps. A step h takes

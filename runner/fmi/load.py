@@ -9,11 +9,11 @@ import numpy as np
 from slipmode.fmu.archive.resources import identity
 from slipmode.fmu.imported import Archive, Imported
 from slipmode.rom import Model, SlipmodeError
-from slipmode.runner.plan.plan import Plan
+from slipmode.runner.plan.plan import ModesPlan
 from slipmode.runner.transients.motion import POWERS
 
 
-def range_of(path: str | PathLike[str], plan: Plan) -> tuple[float, ...]:
+def range_of(path: str | PathLike[str], plan: ModesPlan) -> tuple[float, ...]:
     """Return the largest amplitudes of the friction table of an FMU of a scene [kg^1/2 m].
 
     They are the amplitude range of the plan times one factor of at least 1. Raises SlipmodeError
@@ -27,7 +27,7 @@ def range_of(path: str | PathLike[str], plan: Plan) -> tuple[float, ...]:
     raise _another_model(path)
 
 
-def open_fmu(path: str | PathLike[str], plan: Plan, model: Model) -> Imported:
+def open_fmu(path: str | PathLike[str], plan: ModesPlan, model: Model) -> Imported:
     """Return an FMU that starts as the scene does at t = 0.
 
     Raises SlipmodeError if the file is no FMU for this machine, or does not hold this model.

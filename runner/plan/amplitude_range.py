@@ -3,33 +3,32 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipmode.fmu.inputs import rate_of
 from slipmode.rom import Model, SlipmodeError
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import UnsettledError
-from slipmode.rom.reduction.combination import CombinationResonance
-from slipmode.rom.reduction.force_response import AppliedForces, phasor
+from slipmode.rom.reduction.force_response import AppliedForces
 from slipmode.rom.representable import round_up
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.transient import TransientError, friction_threshold
 from slipmode.runner.plan.excited import Excited, Path
+from slipmode.runner.plan.plan import ModesPlan
 from slipmode.runner.recording.channels import Mode
-from slipmode.runner.scene.schedule import Schedule, is_rate
+from slipmode.runner.scene.schedule import Schedule
 
 
 @frozen
 class DryRun:
     """Results of a run on a coarse table."""
 
-    amplitude: tuple[float, ...]  # Range that the friction table needs [kg^1/2 m]
     # (modes,): The largest effective amplitudes at the contacts, relative to the scale of the
     # friction limits at their time [kg^1/2 m]
     reached: Floats
-    reason: str
+    inside: bool  # Whether the run stayed inside the table
     # (modes,): |Q_j| / omega_j^2 at the largest amplitudes: the share of a mode's stiffness due to
     # contacts
     contact_share: Floats
@@ -39,19 +38,15 @@ class DryRun:
     transient_error: Floats
 
 
-def dry_run(
-    excited: Excited,
-    schedule: Schedule,
-    combinations: Sequence[CombinationResonance] = (),
-    *,
-    progress: bool = False,
-) -> DryRun:
-    """Run a schedule on a coarse table, whose range is doubled until the run stays inside.
+def dry_run(plan: ModesPlan, progress: bool) -> tuple[tuple[float, ...], DryRun]:
+    """Run a scene on a coarse table, whose range is doubled until the run stays inside.
 
-    If contacts do not settle at amplitudes of the first guess, which the run need not reach, the
-    range is halved instead. Raises SlipmodeError if the amplitudes grow without bound, a step
-    cannot be taken on any table, or contacts do not settle at amplitudes that the run reaches.
+    Returns the range (modes,) that the friction table needs [kg^1/2 m], and the run. If contacts
+    do not settle at amplitudes of the first guess, which the run need not reach, the range is
+    halved instead. Raises SlipmodeError if the amplitudes grow without bound, a step cannot be
+    taken on any table, or contacts do not settle at amplitudes that the run reaches.
     """
+    excited, schedule = plan.excited, plan.schedule
     tried = _first_guess(excited, schedule)
     smallest = np.maximum(tried / 8.0, np.abs(excited.amplitude))  # half the onset of slip
     self_excited = excited.reduced.modal_damping < 0.0
@@ -63,7 +58,7 @@ def dry_run(
             coarse, _ = excited.model(
                 tried.tolist(),
                 0.05,  # the error in amplitude is well inside the margin
-                combinations=combinations,
+                combinations=plan.combinations,
                 detuning=False,
                 progress=progress,
             )
@@ -72,40 +67,36 @@ def dry_run(
                 raise
             unsettled, tried = refusal, 0.5 * tried
             continue
-        reached, transient, complete = _path(excited, coarse, schedule)
-        if complete:
+        seen = run_on(excited, schedule, coarse)
+        if seen.inside:
             break
         if unsettled is not None:
             raise unsettled
-        tried = np.where(reached > 0.5 * tried, 2.0 * tried, tried)
+        tried = np.where(seen.reached > 0.5 * tried, 2.0 * tried, tried)
         if np.any(tried > largest):
             raise _unbounded(excited)
     # a self-excited mode that stays at rest may be started by an importer of its FMU
-    rests = (reached == 0.0) & self_excited
-    least = np.maximum(1.15 * reached, np.where(rests, 1.0, 1e-2) * tried)
+    rests = (seen.reached == 0.0) & self_excited
+    least = np.maximum(1.15 * seen.reached, np.where(rests, 1.0, 1e-2) * tried)
     # two digits: small changes of a scene share a table
-    amplitude = tuple(round_up(float(value)) for value in least)
-    reason = f"a dry run on a coarse table reaches {_shown(excited, reached)}; the margin is 15 %"
-    share = _contact_share(excited, coarse, reached)
-    return DryRun(amplitude, reached, reason, share, *transient)
+    return tuple(round_up(float(value)) for value in least), seen
 
 
-def run_on_saved_model(excited: Excited, schedule: Schedule, model: Model) -> tuple[DryRun, bool]:
-    """Run a schedule on a saved model; also return whether it stays inside its table."""
-    reached, transient, complete = _path(excited, model, schedule)
-    reason = f"model.file; the scene reaches {_shown(excited, reached)}"
-    share = _contact_share(excited, model, np.minimum(reached, model.table.amplitude_range))
-    amplitude = tuple(model.table.amplitude_range.tolist())
-    return DryRun(amplitude, reached, reason, share, *transient), complete
-
-
-def _shown(excited: Excited, reached: Floats) -> str:
-    return ", ".join(f"|{m}| = {r:.3g}" for m, r in zip(excited.modes, reached, strict=True))
-
-
-def _contact_share(excited: Excited, model: Model, reached: Floats) -> Floats:
-    share = np.abs(model.table(reached)) / np.where(reached > 0, reached, 1.0)
-    return np.asarray(share / excited.reduced.frequency**2)
+def run_on(excited: Excited, schedule: Schedule, model: Model) -> DryRun:
+    """Run a schedule on the table of a model."""
+    short, ends = shortened(schedule, model, excited.modes), model.table.amplitude_range
+    # steps are then short enough to show peaks and changes within a cycle
+    path = excited.follow(model, short, 5e-10)
+    if path.stop is not None and not path.stop.left_table:
+        raise SlipmodeError(f"run: {path.stop}")
+    effective, error = along_run(excited, model, short, path)
+    reached: Floats = effective.max(axis=0)
+    if path.stop is not None and not np.any(reached > 0.5 * ends):
+        reached = ends  # it left within one step, in an unknown direction
+    within = np.minimum(reached, ends)
+    share = np.abs(model.table(within)) / np.where(within > 0, within, 1.0)
+    share /= excited.reduced.frequency**2
+    return DryRun(reached, path.stop is None, share, _in_scene(path.time, short, schedule), error)
 
 
 def _unbounded(excited: Excited) -> SlipmodeError:
@@ -135,30 +126,8 @@ def _first_guess(excited: Excited, schedule: Schedule) -> Floats:
     return np.asarray(np.maximum(np.where(np.isfinite(first), 4.0 * first, 0.0), static))
 
 
-def _path(
-    excited: Excited, model: Model, schedule: Schedule
-) -> tuple[Floats, tuple[Floats, Floats], bool]:
-    """Follow a schedule on a coarse table.
-
-    Returns the largest effective amplitudes (modes,), relative to the limits at their time;
-    `time` and `transient_error` of `DryRun`; and whether the run stayed inside the table.
-    """
-    # steps are then short enough to show peaks and changes within a cycle
-    component = excited.component(model, 5e-10)
-    stretches = shortened(schedule, model, excited.modes, component.input_names)
-    path = excited.follow(component, stretches.durations, stretches.inputs)
-    complete = path.stop is None
-    if path.stop is not None and not path.stop.left_table:
-        raise SlipmodeError(f"run: {path.stop}")
-    effective, error = along_run(excited, model, stretches, path)
-    reached: Floats = effective.max(axis=0)
-    if not complete and not np.any(reached > 0.5 * model.table.amplitude_range):
-        reached = model.table.amplitude_range  # it left within one step, in an unknown direction
-    return reached, (stretches.in_scene(path.time), error), complete
-
-
 def along_run(
-    excited: Excited, model: Model, stretches: Stretches, path: Path
+    excited: Excited, model: Model, schedule: Schedule, path: Path
 ) -> tuple[Floats, Floats]:
     """Return effective amplitudes and transient errors along a run [kg^1/2 m].
 
@@ -167,82 +136,45 @@ def along_run(
     At a jump of inputs the larger effective amplitude counts, and the smaller scale. A jump of
     amplitudes is no error.
     """
-    time, (before, after) = path.time, stretches.around(path.time)
-    scale = np.minimum(*(stretches.values("limit_scale", time, k) for k in (before, after)))
-    relative = path.amplitude / scale[:, np.newaxis]
+    time = schedule.at_breaks(path.time)
+    sides = [
+        excited.loads(partial(schedule.around, times=time, after=after)) for after in (False, True)
+    ]
+    scale = np.minimum(*(loads.scale for loads in sides))
     shift = AppliedForces.of(model.reduced, excited.force_patterns).shift
-    sides = []
-    for number in (before, after):
-        force, phase = (
-            np.stack([stretches.values(f"{name}_{m}", time, number) for m in excited.modes], 1)
-            for name in ("force", "phase")
-        )
-        acting = path.amplitude + shift * phasor(excited.modal_force * force, phase)
-        sides.append(np.abs(acting) / scale[:, np.newaxis])
-    effective = np.maximum(*sides)
-    moving = (np.diff(time) > 0.0) & (after[:-1] == before[1:]) & (after == before)[:-1]
+    effective = (
+        np.maximum(*(np.abs(path.amplitude + shift * each.force) for each in sides)) / scale
+    )
+    moving = (np.diff(path.time) > 0.0) & ~np.isin(time[:-1], schedule.breaks[1:])
     error = np.zeros((time.size - 1, len(excited.modes)))
-    rate = np.diff(relative, axis=0)[moving] / np.diff(time)[moving, np.newaxis]
+    rate = np.diff(path.amplitude / scale, axis=0)[moving]
+    rate /= np.diff(path.time)[moving, np.newaxis]
     estimate = TransientError.of(*excited.contacts)
     error[moving] = estimate.at(rate, excited.reduced.carrier, effective[:-1][moving])
     return effective, error
 
 
-def shortened(
-    schedule: Schedule, model: Model, modes: Sequence[Mode], names: Sequence[str]
-) -> Stretches:
+def shortened(schedule: Schedule, model: Model, modes: Sequence[Mode]) -> Schedule:
     """Return the stretches of a schedule, none longer than its motion changes.
 
-    A ramp that is shortened goes as far as before, but faster. `names` are the inputs of the
-    model's component.
+    A ramp that is shortened goes as far as before, but faster.
     """
     straight = schedule.stretches()
-    lengths, inputs = straight.durations(), straight.inputs(names)
-    shorter = np.minimum(lengths, _settling_time(straight, model, modes))
-    rates = [k for k, name in enumerate(names) if is_rate(name)]
-    inputs[:, rates] *= (lengths / shorter)[:, np.newaxis]
-    return Stretches(shorter, inputs, lengths, names)
+    longest = _settling_time(straight, model, modes)
+    return straight.retimed(np.minimum(straight.durations(), longest))
 
 
-@frozen
-class Stretches:
-    """Stretches of a schedule, shortened or not, that follow one another from t = 0."""
+def _in_scene(time: Floats, short: Schedule, schedule: Schedule) -> Floats:
+    """Return the times in a schedule (n,) [s] of times in its `shortened` stretches.
 
-    durations: Floats  # (stretches,) [s]
-    inputs: Floats  # (stretches, names): Inputs of the component at their starts
-    scene: Floats  # (stretches,): Their durations in the scene [s]
-    names: Sequence[str]  # Names of the inputs
-
-    def around(self, time: Floats) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """Return the numbers of the stretches just before and just after times (n,)."""
-        ends, slack = np.cumsum(self.durations), 1e-9 * self.durations
-        before, after = (np.searchsorted(ends + s, time, side="left") for s in (slack, -slack))
-        last = ends.size - 1
-        return np.minimum(before, last), np.minimum(after, last)
-
-    def values(self, name: str, time: Floats, number: NDArray[np.int64]) -> Floats:
-        """Return values (n,) of an input at times in the stretches of these numbers."""
-        if name not in self.names:  # limits without a script have the scale 1
-            return np.ones(time.size)
-        value, rate = (self.inputs[number, self.names.index(n)] for n in (name, rate_of(name)))
-        return np.asarray(value + rate * self._since(time, number))
-
-    def in_scene(self, time: Floats) -> Floats:
-        """Return the times in the scene (n,) [s] of times in these stretches.
-
-        Ramps are slower there by the factor of their duration; constant inputs last longer.
-        """
-        _, number = self.around(time)
-        moving = [k for k, name in enumerate(self.names) if is_rate(name)]
-        ramp = np.any(self.inputs[:, moving] != 0.0, axis=1)
-        factor = np.where(ramp, self.scene / self.durations, 1.0)
-        start = np.cumsum(self.scene) - self.scene
-        return np.asarray(start[number] + factor[number] * self._since(time, number))
-
-    def _since(self, time: Floats, number: NDArray[np.int64]) -> Floats:
-        """Return the times since the starts of stretches (n,) [s]."""
-        start = np.cumsum(self.durations) - self.durations
-        return np.clip(time - start[number], 0.0, self.durations[number])
+    Ramps are slower there by the factor of their duration; constant inputs last longer.
+    """
+    straight = schedule.stretches()
+    ramps = straight.inputs([rate_of(name) for name in straight.scripts]).any(axis=1)
+    starts, ends = schedule.breaks[:-1], schedule.breaks[1:]
+    ends = np.where(ramps, ends, starts + np.diff(short.breaks))
+    edges = np.repeat(short.breaks, 2)[1:-1]
+    return np.interp(short.at_breaks(time), edges, np.column_stack((starts, ends)).ravel())
 
 
 def _settling_time(straight: Schedule, model: Model, modes: Sequence[Mode]) -> Floats:

@@ -4,38 +4,38 @@ from __future__ import annotations
 
 import numpy as np
 
-from slipmode.rom import SlipmodeError, Structure, validity
+from slipmode.rom import SlipmodeError, validity
 from slipmode.rom.arrays import Floats
-from slipmode.rom.frequencies import FrequencyUnit
 from slipmode.rom.reduction.combination import combination_resonances
 from slipmode.rom.reduction.force_response import AppliedForces
 from slipmode.rom.validity import Finding
 from slipmode.runner.plan.amplitude_range import DryRun
-from slipmode.runner.plan.excited import Excited
-from slipmode.runner.scene.schedule import Schedule
+from slipmode.runner.plan.excited import Excited, Moving
+from slipmode.runner.plan.plan import ModesPlan
+from slipmode.runner.scene.schedule import Schedule, make_schedule
 from slipmode.runner.scene.sections import Scene
 
 
-def check_outputs(scene: Scene, n_dofs: int) -> None:
-    """Refuse recorded DOFs that the structure does not have."""
+def checked_schedule(scene: Scene, excited: Moving) -> Schedule:
+    """Return the schedule of a scene.
+
+    Raises SlipmodeError, naming the key, if the structure does not have a recorded DOF, or no run
+    can follow the forcing, steps or windows.
+    """
     for dof in scene.output.elastic:
-        if not 0 <= dof < n_dofs:
+        if not 0 <= dof < excited.n_dofs:
             raise SlipmodeError(
-                f"output.elastic: DOF {dof} is out of range, allowed: 0 to {n_dofs - 1}"
+                f"output.elastic: DOF {dof} is out of range, allowed: 0 to {excited.n_dofs - 1}"
             )
-
-
-def check_time_scales(scene: Scene, excited: Excited, schedule: Schedule) -> None:
-    """Refuse a scene whose forcing, steps or windows no run can follow, naming the key."""
-    reached = schedule.frequency_range(excited.modes)
-    natural = zip(excited.modes, excited.reduced.frequency, *reached, strict=True)
-    for mode, omega, *values in natural:
-        forcing, unit = scene.forcing.get(mode), scene.units.frequency
+    schedule = make_schedule(scene, excited.natural)
+    reached, unit = np.array(schedule.frequency_range(excited.modes)), scene.units.frequency
+    for (mode, omega), values in zip(excited.natural.items(), reached.T, strict=True):
+        forcing = scene.forcing.get(mode)
         by_order = forcing is not None and forcing.engine_order is not None
         key = f"forcing.{mode}.{'engine_order * rotor_speed' if by_order else 'frequency'}"
-        validity.check_carrier(key, mode, float(omega), np.array(values), unit)
-    fastest = float(reached[1].max())
-    per_second = fastest / (2 * np.pi)
+        if omega > 0.0:
+            validity.check_carrier(key, mode, omega, values, unit)
+    per_second = float(reached.max()) / (2 * np.pi)
     longest = 1e6 / per_second  # rounding then changes a phase by 1e-9 in a step
     if scene.run.step > longest:
         raise SlipmodeError(
@@ -48,42 +48,39 @@ def check_time_scales(scene: Scene, excited: Excited, schedule: Schedule) -> Non
             f"contact.window, elastic.window: have {samples:.2g} samples, allowed: 1e+08; use "
             "shorter windows or a smaller samples_per_period"
         )
+    return schedule
 
 
-def check_frequencies(excited: Excited, schedule: Schedule, unit: FrequencyUnit) -> list[Finding]:
+def frequency_findings(plan: ModesPlan) -> list[Finding]:
     """Report implausible frequencies of modes, and forcing far from them.
 
     Unforced modes are included: they move at the frequency of their [forcing] too.
     """
-    omega, names = excited.reduced.frequency, excited.modes
-    reached = np.array(schedule.frequency_range(names))
+    omega, names = plan.excited.reduced.frequency, plan.excited.modes
+    reached, unit = np.array(plan.schedule.frequency_range(names)), plan.scene.units.frequency
     return [
         *validity.mode_frequency_findings(names, omega),
         *validity.carrier_findings("forcing.{}.frequency", names, omega, reached, unit),
     ]
 
 
-def check_assumptions(
-    structure: Structure | None,
-    excited: Excited,
-    schedule: Schedule,
-    amplitude: Floats,
-    seen: DryRun | None,
-) -> list[Finding]:
-    """Report strained assumptions, at the largest amplitudes (modes,) and forces.
+def check_assumptions(plan: ModesPlan, seen: DryRun | None) -> list[Finding]:
+    """Report strained assumptions, at the largest amplitudes and forces.
 
     Without a structure, neighbouring modes and directions of contacts are not known.
     """
+    excited, schedule = plan.excited, plan.schedule
     reduced, law, names = excited.reduced, excited.law, excited.modes
+    structure = excited.structure
     largest_force = np.abs(schedule.extremes([f"force_{m}" for m in names])).max(axis=0)
     force = [f * most for f, most in zip(excited.force_patterns, largest_force, strict=True)]
     reached = schedule.frequency_range(names)
     share = seen.contact_share if seen else np.full(len(names), np.inf)
-    of_structure = validity.direction_findings(structure, law) if structure is not None else []
+    amplitude = seen.reached if seen else np.array(plan.amplitude)
     return [
         *_self_excited(excited, largest_force),
         *validity.proposal_findings(reduced, force, reached, share, names),
-        *of_structure,
+        *(validity.direction_findings(structure, law) if structure is not None else ()),
         *validity.share_findings(seen.contact_share if seen else np.zeros(len(names)), names),
         *validity.contact_findings(reduced, combination_resonances(reduced.carrier), names),
         *validity.friction_findings(*excited.contacts, amplitude),

@@ -2,27 +2,57 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from functools import cached_property
-from typing import Any, Self
+from functools import cached_property, partial
+from typing import Any, ClassVar, NamedTuple, Protocol, Self
 
 import numpy as np
 
 from slipmode.fmu import Component, StoppedError
-from slipmode.rom import Friction, Model, Reduced
+from slipmode.rom import Friction, Model, Reduced, Structure
 from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.laws.elements import SLIDERS
+from slipmode.rom.reduction.combination import CombinationResonance
 from slipmode.rom.reduction.force_response import AppliedForces, phasor
+from slipmode.rom.reduction.tones import combinations_along
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.table.cache import cached_model
-from slipmode.rom.table.tabulation import extended_range
-from slipmode.runner.plan.waves import Waves
-from slipmode.runner.recording.channels import Mode
+from slipmode.rom.validity import Finding
+from slipmode.runner.recording import channels
+from slipmode.runner.recording.channels import Channel, Mode, Moved
 from slipmode.runner.scene.schedule import Schedule
+from slipmode.runner.scene.sections import Scene
 
 
-@frozen
-class Path:
+class Moving(Protocol):
+    """What a scene moves, for plans and recordings."""
+
+    kind: ClassVar[str]  # Which pass goes through the scene: a key of `runner.run.PASSES`
+
+    @property
+    def modes(self) -> tuple[Mode, ...]:
+        """Modes, or tones, that have a force: "A" and "B"."""
+
+    @property
+    def natural(self) -> Mapping[str, float]:
+        """Frequency of each of them without a force [rad/s]; 0 if it always has one."""
+
+    @property
+    def n_dofs(self) -> int:
+        """Number of DOFs that can be recorded."""
+
+    def summary(self, scene: Scene) -> str:
+        """Return what moves, and how it is computed, for the first event of a recording."""
+
+    def channels(self, scene: Scene) -> list[Channel]:
+        """Return the channels that a run records."""
+
+    def moved(self, amplitude: Sequence[float]) -> dict[str, Moved]:
+        """Return what each mode moves, whose amplitudes are expected to reach some values."""
+
+
+class Path(NamedTuple):
     """Amplitudes of a run after each internal step."""
 
     time: Floats  # (points,) [s], from 0
@@ -30,9 +60,19 @@ class Path:
     stop: StoppedError | None  # Why the run ended early
 
 
+class Loads(NamedTuple):
+    """Forces on modes, and the scale of friction limits, at points."""
+
+    force: Complexes  # (points, modes): F_j exp(i phase_j), modal [N kg^-1/2]
+    frequency: Floats  # (points, modes) [rad/s]
+    scale: Floats  # (points, 1): Scale of limits and preloads [-]
+
+
 @frozen
 class Excited:
     """The modes of a scene that move, and the forces on them."""
+
+    kind: ClassVar[str] = "modes"
 
     modes: tuple[Mode, ...]  # Out of "A" and "B"
     reduced: Reduced
@@ -42,38 +82,105 @@ class Excited:
     initial: tuple[complex, ...]  # Motion of the modes at t = 0, as amplitudes [kg^1/2 m]
     # Amplitudes at t = 0: `initial` less the response of the modes to forces that act then
     amplitude: tuple[complex, ...]
-    # Of a bladed disk; `reduced` and `law` then have no contacts
-    waves: Waves | None = None
+
+    @property
+    def natural(self) -> dict[str, float]:
+        """See `Moving`."""
+        return dict(zip(self.modes, self.reduced.frequency.tolist(), strict=True))
+
+    @property
+    def n_dofs(self) -> int:
+        """See `Moving`."""
+        return self.reduced.n_dofs
 
     @property
     def mode_names(self) -> Sequence[str]:
         """Names of the amplitudes: A and B, or A, A2, ..., B, B2, ... if modes share a tone."""
-        return self.reduced.mode_names if self.reduced.shares_tone else self.modes
+        return self.modes
+
+    @property
+    def structure(self) -> Structure | None:
+        """Structure of the modes; None with a saved model, or for waves of a disk."""
+        return self.reduced.structure
 
     @property
     def contacts(self) -> tuple[Reduced, Friction]:
         """Contacts and their law, which say where contacts slip: of waves those of a sector."""
-        if self.waves is None:
-            return self.reduced, self.law
-        return self.waves.sector.problem.reduced, self.waves.law
+        return self.reduced, self.law
+
+    def summary(self, scene: Scene) -> str:
+        """See `Moving`."""
+        if not scene.tabulated:
+            return "integrated without a friction table"
+        contacts, _ = self.contacts
+        return (
+            f"mode {' and '.join(self.modes)}, {contacts.n_contacts} contacts, "
+            f"{contacts.formulation} formulation, table tolerance {scene.model.tolerance:g}"
+        )
+
+    def channels(self, scene: Scene) -> list[Channel]:
+        """See `Moving`."""
+        reduced, _ = self.contacts
+        listed = [
+            channels.modes(self.mode_names),
+            channels.forcing(self.modes),
+            channels.energy(),
+        ]
+        if scene.contact:
+            listed += contact_channels(reduced)
+            if reduced.contacts is not None:
+                listed.append(channels.contact_share(len(reduced.contacts.element)))
+            if len(self.modes) == 2:
+                listed.append(channels.phases())
+                listed += [channels.torus()] if scene.tabulated and scene.disk is None else []
+        if scene.output.elastic:
+            listed.append(channels.elastic(scene.output.elastic))
+        return listed
+
+    def moved(self, amplitude: Sequence[float] = ()) -> dict[str, Moved]:
+        """See `Moving`: the DOF that each mode moves most; views show its displacement."""
+        shapes, structure = displacement_shapes(self.reduced), self.structure
+        contacts = np.zeros((1, shapes.shape[1]))
+        if structure is not None:
+            contacts = np.abs(np.asarray(structure.directions.T @ self.reduced.mode_shapes))
+        largest = amplitude or np.zeros(shapes.shape[1])
+        columns = zip(self.mode_names, shapes.T, contacts.T, largest, strict=True)
+        return {name: Moved(x.max(), int(x.argmax()), c.max(), a) for name, x, c, a in columns}
+
+    def at_carriers(self, frequency: Sequence[float]) -> Self:
+        """Return the same modes with carriers of these frequencies [rad/s]."""
+        reduced = self.reduced.at_carrier(frequency)
+        return replace(
+            self, reduced=replace(reduced, force_patterns=np.array(self.force_patterns))
+        )
+
+    def combinations(self, schedule: Schedule) -> tuple[CombinationResonance, ...]:
+        """Return the harmonics that come near a carrier in a schedule."""
+        return combinations_along(self.reduced, *schedule.frequencies(self.modes), transient=True)
+
+    def other_modes(self) -> Finding:
+        """Return how the modes that are not retained are modelled."""
+        reduced, choice = self.reduced, "quasi-static response"
+        responding = reduced.nonresonant_frequency
+        if reduced.formulation == "paper":
+            return Finding("other modes", choice, 'model.formulation is "paper"')
+        if not responding.size:
+            reason = "no harmonic of the contacts excites another mode dynamically"
+            return Finding("other modes", choice, reason)
+        reason = (
+            f"the modes at {listed(responding)} rad/s respond dynamically to harmonics of the "
+            "contacts"
+        )
+        return Finding("other modes", f"{responding.size} in the friction table", reason)
 
     def model(
-        self,
-        amplitude: Sequence[float],
-        tolerance: float,
-        *,
-        headroom: float = 1.0,
-        **options: Any,
+        self, amplitude: Sequence[float], tolerance: float, **options: Any
     ) -> tuple[Model, bool]:
         """Return the model up to amplitudes (modes,), and whether the cache had it.
 
-        `options` are further keyword arguments of `cached_model`; waves need none of them.
+        `options` are further keyword arguments of `cached_model`.
         """
-        if self.waves is not None:
-            return self.waves.model(extended_range(amplitude, headroom), tolerance)
-        return cached_model(
-            self.reduced, self.law, amplitude, tolerance, headroom=headroom, **options
-        )
+        return cached_model(self.reduced, self.law, amplitude, tolerance, **options)
 
     @cached_property
     def modal_force(self) -> Floats:
@@ -81,16 +188,28 @@ class Excited:
         patterns = enumerate(self.force_patterns)
         return np.array([self.reduced.modal_force(j, pattern) for j, pattern in patterns])
 
-    def modal_forces(
-        self, schedule: Schedule, steps: slice = slice(None)
-    ) -> tuple[Complexes, Complexes]:
-        """Return F_j exp(i phase_j) at the start and at the end of steps, (steps, modes)."""
-        force, phase = ([f"{part}_{mode}" for mode in self.modes] for part in ("force", "phase"))
-        start, end = (
-            self.modal_force * phasor(values(force, steps), values(phase, steps))
-            for values in (schedule.inputs, schedule.at_ends)
+    def loads(self, values: Callable[[Sequence[str]], Floats]) -> Loads:
+        """Return the loads at points; `values` returns inputs by name, (points, names)."""
+        parts = ("force", "phase", "frequency")
+        given = values(
+            [*(f"{part}_{mode}" for part in parts for mode in self.modes), "limit_scale"]
         )
-        return start, end
+        force, phase, frequency = np.split(given[:, :-1], len(parts), axis=1)
+        return Loads(force * phasor(self.modal_force, phase), frequency, given[:, -1:])
+
+    def step_loads(self, schedule: Schedule, steps: slice = slice(None)) -> Loads:
+        """Return the loads at the starts of steps."""
+        return self.loads(partial(schedule.inputs, steps=steps))
+
+    def load_rates(self, schedule: Schedule, steps: slice = slice(None)) -> Loads:
+        """Return the rates of the loads at the starts of steps [1/s]."""
+        parts = ("force", "force_rate", "phase", "phase_rate", "frequency_rate")
+        names = [f"{part}_{mode}" for part in parts for mode in self.modes]
+        given = schedule.inputs([*names, "limit_scale_rate"], steps)
+        size, rate, phase, turning, of_frequency = np.split(given[:, :-1], len(parts), axis=1)
+        per_unit = phasor(self.modal_force, phase)
+        force_rate = rate * per_unit + 1j * turning * (size * per_unit)
+        return Loads(force_rate, of_frequency, given[:, -1:])
 
     def started(self, schedule: Schedule) -> Self:
         """Return the same with the `amplitude` that follows from `initial` and the forces.
@@ -99,10 +218,9 @@ class Excited:
         """
         if self.reduced.formulation == "paper":
             return self
-        force, _ = self.modal_forces(schedule, slice(1))
-        frequency = schedule.inputs([f"frequency_{mode}" for mode in self.modes], slice(1))
+        start = self.step_loads(schedule, slice(1))
         forces = AppliedForces.of(self.reduced, self.force_patterns)
-        at_rest = forces.free_vibration(force[0], frequency[0])
+        at_rest = forces.free_vibration(start.force[0], start.frequency[0])
         return replace(self, amplitude=tuple((np.array(self.initial) + at_rest).tolist()))
 
     def component(self, model: Model, tolerance: float) -> Component:
@@ -113,12 +231,14 @@ class Excited:
         component.reset(amplitude=self.amplitude)
         return component
 
-    def follow(self, component: Component, durations: Floats, inputs: Floats) -> Path:
-        """Return the path of a component from t = 0 through steps; see `Component.trace`."""
+    def follow(self, model: Model, schedule: Schedule, tolerance: float) -> Path:
+        """Return the path of a component from t = 0 through the steps of a schedule."""
+        component = self.component(model, tolerance)
         width, stop = 1 + 2 * len(self.modes), None
         rows = [np.append(0.0, np.array(self.amplitude).view(float))[np.newaxis]]
+        inputs = schedule.inputs(component.input_names)
         try:
-            for outputs in component.trace(durations, inputs):
+            for outputs in component.trace(schedule.durations(), inputs):
                 rows.append(outputs[:, :width].copy())
         except StoppedError as error:
             stop = error
@@ -130,3 +250,36 @@ class Excited:
         """Return the amplitudes at t = 0 by name of the component's outputs."""
         names = [f"{mode}_{part}" for mode in self.modes for part in ("re", "im")]
         return dict(zip(names, np.array(self.amplitude).view(float).tolist(), strict=True))
+
+
+def initial_amplitudes(scene: Scene, modes: Sequence[Mode]) -> tuple[complex, ...]:
+    """Return the given motion of modes at t = 0, as amplitudes [kg^1/2 m]."""
+    return tuple(complex(scene.initial.get(mode, 0.0)) for mode in modes)
+
+
+def listed(frequency: Floats) -> str:
+    """Return frequencies in words."""
+    return ", ".join(f"{omega:.3g}" for omega in frequency)
+
+
+def displacement_shapes(reduced: Reduced) -> Floats:
+    """Return |mode_shapes| (n_dofs, modes) [kg^-1/2], 0 for rotations."""
+    shapes, structure = np.abs(reduced.mode_shapes), reduced.structure
+    if structure is not None and structure.labels is not None:
+        shapes[structure.labels.direction > 3] = 0.0
+    return shapes
+
+
+def contact_channels(reduced: Reduced, prefix: str = "") -> list[Channel]:
+    """Return the channels of the contacts: contact DOFs if rigid, elements of an elastic law."""
+    if reduced.contacts is None:
+        return [channels.contact(i, prefix) for i in range(reduced.n_contacts)]
+    return [
+        channels.elastic_contact(i, tangents(element), prefix)
+        for i, element in enumerate(reduced.contacts.element)
+    ]
+
+
+def tangents(element: np.void) -> int:
+    """Return the number of tangential directions; 0 for a law without a normal."""
+    return 0 if element["law"] == SLIDERS else int(element["tangents"])

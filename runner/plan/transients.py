@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from slipmode.rom.arrays import Floats
@@ -11,36 +9,34 @@ from slipmode.rom.short_repr import short_list
 from slipmode.rom.slow.transient import said_error
 from slipmode.rom.validity import Finding
 from slipmode.runner.plan.amplitude_range import DryRun
+from slipmode.runner.plan.plan import Intervals, ModesPlan
 from slipmode.runner.scene.sections import Scene
 
 # Part of the allowed error below which slow time goes on after a stretch at full order: an error
 # that stays close to the allowed one does not switch back and forth.
 SETTLED = 0.6
 
-Intervals = tuple[tuple[float, float], ...]
 
-
-def plan_transients(
-    scene: Scene, modes: Sequence[str], seen: DryRun | None, amplitude: Floats, carrier: Floats
-) -> tuple[Intervals, Finding]:
+def plan_transients(plan: ModesPlan, seen: DryRun | None) -> tuple[Intervals, Finding]:
     """Return start and end of the stretches at full order [s], and the decision.
 
-    `seen` is None if the amplitude range is given, so that there is no dry run. `amplitude`
-    (modes,) is the range of the friction table [kg^1/2 m], `carrier` (modes,) is in rad/s.
+    `seen` is None if the amplitude range is given, so that there is no dry run.
     """
+    scene, modes = plan.scene, plan.excited.modes
     allowed = scene.model.transient_error
     limit = f"{100 * allowed:g} %"
     if seen is None:
         choice = f"full order where the error exceeds {limit}" if scene.switches else "slow time"
         reason = "model.amplitude is given, so the run estimates the transient error"
         return (), Finding("transients", choice, reason)
-    error = seen.transient_error / amplitude
+    error = seen.transient_error / np.array(plan.amplitude)
     largest = said_error(modes, error.max(axis=0, initial=0.0))
     if np.all(error <= allowed):
         return (), Finding("transients", "slow time", f"{largest}, allowed: {limit}")
     if not scene.switches:
         return (), slow_time_error(scene, largest)
-    least = 4.0 * 2.0 * np.pi / float(carrier.min())  # the window of `demodulation`
+    # the window of `demodulation`
+    least = 4.0 * 2.0 * np.pi / float(plan.excited.reduced.carrier.min())
     found = _intervals(seen.time, error, allowed, least)
     listed = short_list(f"{start:.4g} to {end:.4g} s" for start, end in found)
     reason = f"{largest} in slow time, allowed: {limit}; times from the dry run"

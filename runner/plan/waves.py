@@ -3,138 +3,158 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import fields, replace
-from functools import cached_property
-from typing import Any, Self
+from dataclasses import replace
+from typing import Any, ClassVar, Self, cast
 
 import numpy as np
 
-from slipmode.rom import CyclicStructure, Model, TravellingWave, travelling_wave
+from slipmode.rom import CyclicStructure, Model, travelling_wave
 from slipmode.rom.arrays import Floats
 from slipmode.rom.cyclic.wave.wave_motion import SectorWaves
+from slipmode.rom.cyclic.wave.wave_problem import Carrier
 from slipmode.rom.cyclic.wave.wave_table import cached_waves, reduced_waves
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.contacts import Elastic
+from slipmode.rom.laws.no_contacts import NoContacts
+from slipmode.rom.reduction.combination import CombinationResonance
 from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.short_repr import frozen
+from slipmode.rom.table.tabulation import extended_range
 from slipmode.rom.validity import Finding
-from slipmode.runner.recording.channels import Mode
+from slipmode.runner.plan.excited import Excited, initial_amplitudes
+from slipmode.runner.recording import channels
+from slipmode.runner.recording.channels import Channel, Mode
+from slipmode.runner.scene.contacts import law_of
+from slipmode.runner.scene.schedule import Schedule
 from slipmode.runner.scene.sections import Scene
 
 
 @frozen
-class Waves:
-    """One or two travelling waves, and the excitations that hold them steady.
+class ExcitedWaves(Excited):
+    """The waves of a scene with sectors; `reduced` and `law` have no contacts."""
 
-    Attributes
-    ----------
-    structure : CyclicStructure
-    law : Elastic
-        Of the contacts of a sector.
-    numbers : tuple of (int, int)
-        Nodal diameter and mode of each wave.
-    force : tuple of (n_s,) ndarray
-        Force on the free DOFs of every sector per unit of the scripted amplitude; 0 of a wave
-        that is not forced.
-    frequency : tuple of float, optional
-        Carriers [rad/s]. Default: the natural frequencies.
-    """
+    kind: ClassVar[str] = "waves"
 
-    structure: CyclicStructure
-    law: Elastic
-    numbers: tuple[tuple[int, int], ...]
-    force: tuple[Floats, ...]
-    frequency: tuple[float, ...] | None = None
+    sector: SectorWaves  # The waves under their forces, and the contacts of a sector
 
-    def __getstate__(self) -> dict[str, Any]:
-        """Return the fields alone, for other processes: modes are computed again there."""
-        return {each.name: getattr(self, each.name) for each in fields(self)}
-
-    def at_carriers(self, frequency: Sequence[float]) -> Self:
-        """Return the same waves with other carriers [rad/s]."""
-        found = replace(self, frequency=tuple(frequency))
-        found.__dict__["waves"] = self.waves  # they do not depend on the carriers
-        return found
-
-    @cached_property
-    def waves(self) -> tuple[TravellingWave, ...]:
-        """The waves."""
-        return tuple(travelling_wave(self.structure, self.law, *each) for each in self.numbers)
-
-    @cached_property
-    def reduced(self) -> Reduced:
-        """The waves as modes without contacts, whose DOFs are the free DOFs of a sector."""
-        return reduced_waves(self.sector.carriers)
-
-    @cached_property
-    def sector(self) -> SectorWaves:
-        """The waves under their forces, and the contacts of a sector."""
-        frequency = self.frequency or [each.frequency for each in self.waves]
-        carriers = (
-            wave.carrier(force if force.any() else None, omega)
-            for wave, force, omega in zip(self.waves, self.force, frequency, strict=True)
-        )
-        return SectorWaves(tuple(carriers))
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Return what makes the same waves in other processes; modes are computed again there."""
+        carriers = [
+            (each.wave.nodal_diameter, each.wave.mode, each.frequency, each.force)
+            for each in self.sector.carriers
+        ]
+        alike = self.force_patterns, self.initial, self.amplitude
+        return _made_again, (self.disk, self.contacts[1], carriers, self.modes, *alike)
 
     @property
-    def patterns(self) -> tuple[Floats, ...]:
-        """Forces on one DOF each, which do the same work as `force` on the modes of `reduced`.
+    def disk(self) -> CyclicStructure:
+        """Disk of the waves."""
+        return self.sector.carriers[0].wave.structure
 
-        Those modes have the sizes of the shapes alone.
-        """
-        found = []
-        for carrier, force in zip(self.sector.carriers, self.force, strict=True):
-            size = np.abs(carrier.mode_shape)
-            at = int(np.argmax(size * np.abs(force)))
-            pattern = np.zeros(force.size)
-            pattern[at] = abs(carrier.modal_force) / size[at]
-            found.append(pattern)
-        return tuple(found)
+    @property
+    def contacts(self) -> tuple[Reduced, Elastic]:
+        """Contacts of a sector, and their law."""
+        return self.sector.problem.reduced, self.sector.carriers[0].wave.law
 
-    def model(self, amplitude: Floats, tolerance: float) -> tuple[Model, bool]:
-        """Return the model up to amplitudes (modes,) [kg^1/2 m], and whether it was cached."""
-        return cached_waves(self.sector.carriers, amplitude.tolist(), tolerance)
+    def channels(self, scene: Scene) -> list[Channel]:
+        """See `Moving`."""
+        listed = super().channels(scene)
+        if scene.windows:
+            listed.append(channels.disk(self.disk.sectors, self.shown_dof(scene)))
+        return listed
+
+    def shown_dof(self, scene: Scene) -> int:
+        """Return the first DOF of output.elastic; without it the DOF that moves most."""
+        chosen, shape = scene.output.elastic, self.sector.carriers[0].wave.shape
+        return chosen[0] if chosen else int(np.abs(shape).argmax())
+
+    def at_carriers(self, frequency: Sequence[float]) -> Self:
+        """Return the same waves with carriers of these frequencies [rad/s]."""
+        each = zip(self.sector.carriers, frequency, strict=True)
+        carriers = tuple(replace(carrier, frequency=omega) for carrier, omega in each)
+        return replace(self, reduced=reduced_waves(carriers), sector=SectorWaves(carriers))
+
+    def combinations(self, schedule: Schedule) -> tuple[CombinationResonance, ...]:
+        """Return none: the friction table includes all harmonics."""
+        return ()
+
+    def other_modes(self) -> Finding:
+        """Return how the modes of other nodal diameters are modelled."""
+        reason = "harmonics of the contacts excite the modes of their nodal diameters"
+        return Finding("other modes", "in the friction table", reason)
+
+    def model(
+        self, amplitude: Sequence[float], tolerance: float, **options: Any
+    ) -> tuple[Model, bool]:
+        """See `Excited.model`; of the options, waves need the headroom alone."""
+        ends = extended_range(amplitude, options.get("headroom", 1.0))
+        return cached_waves(self.sector.carriers, ends.tolist(), tolerance)
 
 
-def waves_of(
-    scene: Scene, modes: tuple[Mode, ...], structure: CyclicStructure, law: Elastic
-) -> Waves:
-    """Return the waves of some modes of a scene.
+def _made_again(
+    disk: CyclicStructure, law: Elastic, given: list[Any], modes: tuple[Mode, ...], *alike: Any
+) -> ExcitedWaves:
+    """Return waves from what `ExcitedWaves.__reduce__` returns."""
+    carriers = tuple(Carrier(travelling_wave(disk, law, k, m), *rest) for k, m, *rest in given)
+    reduced, (patterns, initial, amplitude) = reduced_waves(carriers), alike
+    sector = SectorWaves(carriers)
+    return ExcitedWaves(modes, reduced, NoContacts(), patterns, initial, amplitude, sector)
 
-    Raises SlipmodeError, naming the key, if there is no such mode, or a force does no work on it.
+
+def excite_waves(scene: Scene, modes: tuple[Mode, ...]) -> tuple[Scene, ExcitedWaves]:
+    """Return the located scene, and its waves under their forces."""
+    assert scene.disk is not None
+    disk = scene.disk.build_disk()
+    scene, structure = scene.located(disk.labels), disk.structure
+    law = cast(Elastic, law_of(scene, structure.n_contacts))
+    carriers = tuple(_carrier(scene, mode, structure, law) for mode in modes)
+    reduced, initial = reduced_waves(carriers), initial_amplitudes(scene, modes)
+    patterns, sector = tuple(map(_pattern, carriers)), SectorWaves(carriers)
+    return scene, ExcitedWaves(modes, reduced, NoContacts(), patterns, initial, initial, sector)
+
+
+def _carrier(scene: Scene, mode: Mode, structure: CyclicStructure, law: Elastic) -> Carrier:
+    """Return the wave of a mode of a scene, at its natural frequency, under its force.
+
+    Raises SlipmodeError, naming the key, if there is no such mode, or its force does no work.
     """
-    diameters = dict(zip(scene.modes.numbers, scene.modes.nodal_diameters or (), strict=True))
-    numbers = tuple((diameters[mode], scene.modes.numbers[mode]) for mode in modes)
-    size = structure.free_dofs.size
-    force = tuple(
-        scene.forcing[mode].vector(size) if mode in scene.forcing else np.zeros(size)
-        for mode in modes
-    )
-    found = Waves(structure, law, numbers, force)
+    numbers = scene.modes.numbers
+    diameter = dict(zip(numbers, scene.modes.nodal_diameters or (), strict=True))[mode]
     try:
-        waves = found.waves
+        wave = travelling_wave(structure, law, diameter, numbers[mode])
     except SlipmodeError as refusal:
         of_mode, _, allowed = str(refusal).partition("mode: ")
         if of_mode:
             raise SlipmodeError(f"structure: {refusal}") from None
         raise SlipmodeError(f"modes: {allowed}; modes of a nodal diameter count from 0") from None
-    for mode, wave, pattern in zip(modes, waves, force, strict=True):
-        if pattern.any():
-            try:
-                wave.carrier(pattern, None)
-            except SlipmodeError as refusal:
-                said = str(refusal).removeprefix("force: ")
-                raise SlipmodeError(
-                    f"forcing.{mode}: {said}; choose another DOF or vector"
-                ) from None
-    return found
+    force = None
+    if mode in scene.forcing:
+        force = scene.forcing[mode].vector(structure.free_dofs.size)
+    try:
+        return wave.carrier(force if force is not None and force.any() else None, wave.frequency)
+    except SlipmodeError as refusal:
+        said = str(refusal).removeprefix("force: ")
+        raise SlipmodeError(f"forcing.{mode}: {said}; choose another DOF or vector") from None
 
 
-def wave_decisions(scene: Scene, modes: tuple[Mode, ...], waves: Waves) -> list[Finding]:
+def _pattern(carrier: Carrier) -> Floats:
+    """Return a force on one DOF that does the same work as the force on a wave.
+
+    It acts on the modes of `reduced_waves`, which have the sizes of the shapes alone.
+    """
+    size = np.abs(carrier.mode_shape)
+    at = int(np.argmax(size * np.abs(carrier.force)))
+    pattern = np.zeros(size.size)
+    pattern[at] = abs(carrier.modal_force) / size[at]
+    return pattern
+
+
+def wave_decisions(scene: Scene, excited: ExcitedWaves) -> list[Finding]:
     """Return which nodal diameter and mode each engine order excites, and why."""
     found = []
-    for name, wave in zip(modes, waves.waves, strict=True):
-        k, sectors = wave.nodal_diameter, waves.structure.sectors
+    for name, carrier in zip(excited.modes, excited.sector.carriers, strict=True):
+        wave, sectors = carrier.wave, excited.disk.sectors
+        k = wave.nodal_diameter
         omega = scene.units.of_frequency(wave.frequency)
         choice = f"nodal diameter {k}, mode {wave.mode}"
         direction = "backward" if k < 0 else "forward"

@@ -112,6 +112,40 @@ class Schedule:
         """Return the schedule with steps from breakpoint to breakpoint."""
         return replace(self, step=self.duration)
 
+    @property
+    def breaks(self) -> Floats:
+        """Start, breakpoints and end [s]: the communication points of `stretches`."""
+        return self._stretches.start
+
+    def retimed(self, durations: Floats) -> Schedule:
+        """Return the schedule whose stretches have other durations [s], (stretches,).
+
+        Inputs have the same values at the ends of stretches: ramps get faster or slower.
+        """
+        straight, names = self.stretches(), list(self.scripts)
+        ends = np.append(0.0, np.cumsum(durations))
+        times = tuple(np.repeat(ends, 2)[1:-1].tolist())
+        values = np.stack((straight.inputs(names), straight.at_ends(names)), axis=1)
+        columns = values.reshape(-1, len(names)).T.tolist()
+        scripts = {n: Script(times, tuple(v)) for n, v in zip(names, columns, strict=True)}
+        end = float(ends[-1])
+        return replace(straight, scripts=scripts, duration=end, step=end, points=times)
+
+    def at_breaks(self, times: Floats) -> Floats:
+        """Return times, where rounding separates them from breakpoints the breakpoints [s]."""
+        breaks, middle = self.breaks, 0.5 * (self.breaks[:-1] + self.breaks[1:])
+        nearest = breaks[np.searchsorted(middle, times)]
+        return np.where(np.abs(times - nearest) <= _SAME * self.duration, nearest, times)
+
+    def around(self, names: Sequence[str], times: Floats, *, after: bool) -> Floats:
+        """Return inputs just before or just after times in the schedule, (times, names)."""
+        at = self.at_breaks(times)
+        from_left = at >= self.duration if after else at > 0.0
+        scripts = [self._script(name) for name in names]
+        return np.column_stack(
+            [np.where(from_left, each.value_before(at), each.value(at)) for each in scripts]
+        )
+
     def mean_frequency(self, modes: Sequence[str]) -> list[float]:
         """Return the forcing frequency of each mode [rad/s], a mean weighted by the amplitude."""
         straight = self.stretches()
@@ -148,12 +182,14 @@ class Schedule:
         return np.linspace(window.start, window.end, count + 1)
 
     def _input(self, name: str, starts: Floats) -> Floats:
-        scripted = name.replace("_rate", "")
-        script = self.scripts.get(scripted)
-        if script is None and scripted == "limit_scale":
-            script = Script.constant(1.0)
-        assert script is not None
+        script = self._script(name.replace("_rate", ""))
         return script.rate(starts) if is_rate(name) else script.value(starts)
+
+    def _script(self, name: str) -> Script:
+        constant = Script.constant(1.0) if name == "limit_scale" else None
+        script = self.scripts.get(name, constant)
+        assert script is not None
+        return script
 
     @cached_property
     def _stretches(self) -> _Stretches:

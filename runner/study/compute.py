@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Self
+from functools import partial
 
 import numpy as np
 
@@ -16,8 +16,8 @@ from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.branches.backbone import resonance_peaks
 from slipmode.rom.slow.steady_motion import SteadyMotion
 from slipmode.rom.slow.steady_points import steady_points
-from slipmode.runner.plan.amplitude_range import Stretches, along_run, shortened
-from slipmode.runner.plan.excited import Excited
+from slipmode.runner.plan.amplitude_range import along_run, shortened
+from slipmode.runner.plan.excited import Excited, Loads
 from slipmode.runner.run import run
 from slipmode.runner.scene.schedule import make_schedule
 from slipmode.runner.scene.script import Script
@@ -45,7 +45,7 @@ def compute(
     columns = [modes.index(mode) for mode in shared.excited.modes]
     dofs = Dofs(outputs.dofs, model, shared.excited, shared.static)
     if read and (outputs.steady or outputs.resonance or outputs.curve):
-        loads = Loads.of(list(read.values()), shared.excited)
+        loads = loads_at_end(list(read.values()), shared.excited)
         for kind, solve in (("steady", steady_states), ("resonance", peaks), ("curve", curves)):
             if getattr(outputs, kind):
                 try:
@@ -98,30 +98,21 @@ class Dofs:
         return {f"{name}_displacement": found}
 
 
-@frozen
-class Loads:
-    """The forces on samples, or at points of a run."""
-
-    frequency: Floats  # (points, modes) [rad/s]
-    force: Complexes  # (points, modes): F_j exp(i phase_j), modal [N kg^-1/2]
-    scale: Floats  # (points, 1): Scale of limits and preloads
-
-    @classmethod
-    def of(cls, scenes: Sequence[Scene], excited: Excited) -> Self:
-        """Return the loads at the end of scenes with the same modes."""
-        shape = len(scenes), len(excited.modes)
-        frequency = np.tile(excited.reduced.frequency, (shape[0], 1))
-        force, phase, scale = np.zeros(shape), np.zeros(shape), np.ones((shape[0], 1))
-        for k, scene in enumerate(scenes):
-            end = scene.run.duration
-            if scene.limit_scale is not None:
-                scale[k] = scene.limit_scale.value_before(end)
-            for j, mode in enumerate(excited.modes):
-                if (forcing := scene.forcing.get(mode)) is not None:
-                    force[k, j] = forcing.amplitude.value_before(end)
-                    frequency[k, j] = forcing.frequency.value_before(end)
-                    phase[k, j] = forcing.phase.value_before(end)
-        return cls(frequency, phasor(excited.modal_force * force, phase), scale)
+def loads_at_end(scenes: Sequence[Scene], excited: Excited) -> Loads:
+    """Return the loads at the end of scenes with the same modes."""
+    shape = len(scenes), len(excited.modes)
+    frequency = np.tile(excited.reduced.frequency, (shape[0], 1))
+    force, phase, scale = np.zeros(shape), np.zeros(shape), np.ones((shape[0], 1))
+    for k, scene in enumerate(scenes):
+        end = scene.run.duration
+        if scene.limit_scale is not None:
+            scale[k] = scene.limit_scale.value_before(end)
+        for j, mode in enumerate(excited.modes):
+            if (forcing := scene.forcing.get(mode)) is not None:
+                force[k, j] = forcing.amplitude.value_before(end)
+                frequency[k, j] = forcing.frequency.value_before(end)
+                phase[k, j] = forcing.phase.value_before(end)
+    return Loads(phasor(excited.modal_force * force, phase), frequency, scale)
 
 
 def steady_states(outputs: Outputs, loads: Loads, dofs: Dofs, name: str = "steady") -> Batch:
@@ -149,7 +140,7 @@ def curves(outputs: Outputs, loads: Loads, dofs: Dofs) -> Batch:
     sample = np.repeat(np.arange(n), axis.size)
     frequency = loads.frequency[sample]
     frequency[:, modes.index(outputs.curve.mode)] = np.tile(axis, n)
-    points = Loads(frequency, loads.force[sample], loads.scale[sample])
+    points = Loads(loads.force[sample], frequency, loads.scale[sample])
     found = steady_states(outputs, points, dofs, "curve")
     values = {
         name: each.reshape(n, axis.size, *each.shape[1:]).swapaxes(1, 2)
@@ -178,7 +169,7 @@ def peaks(outputs: Outputs, loads: Loads, dofs: Dofs) -> Batch:
         Omega[:, j] = frequency[:, j]
         a = np.where(alone, peak[:, [j]], 0.0).astype(complex)
         force = 1j * np.abs(np.where(alone, loads.force, 0.0))  # at 90 degrees
-        found = dofs.displacements("resonance", a, Loads(Omega, force, loads.scale))
+        found = dofs.displacements("resonance", a, Loads(force, Omega, loads.scale))
         for name, each in found.items():
             moved.setdefault(name, np.full(each.shape, np.nan))[:, j] = each[:, j]
     why = f"amplitude: outside the friction table, to {model.table.amplitude_range}"
@@ -197,15 +188,12 @@ def run_through(scene: Scene, times: Sequence[float], dofs: Dofs) -> Batch:
     largest, limit_scale = model.table.amplitude_range, scene.limit_scale or Script.constant(1.0)
     if np.any(np.abs(excited.amplitude) > 0.99 * limit_scale.range(0.0, 0.0)[0] * largest):
         return Batch({}, ["initial: outside the friction table"], np.ones(1, dtype=bool))
-    component = excited.component(model, scene.run.tolerance)
-    names = component.input_names
-    if times:
-        straight = replace(schedule.stretches(), points=tuple(times))
-        lengths = straight.durations()
-        steps = Stretches(lengths, straight.inputs(names), lengths, names)
-    else:
-        steps = shortened(schedule, model, modes, names)
-    path = excited.follow(component, steps.durations, steps.inputs)
+    steps = (
+        replace(schedule.stretches(), points=tuple(times))
+        if times
+        else shortened(schedule, model, modes)
+    )
+    path = excited.follow(model, steps, scene.run.tolerance)
     size, stop = np.abs(path.amplitude), path.stop
     if stop is not None:
         # close to the edge of the table a run may find no step that stays inside
@@ -221,20 +209,10 @@ def run_through(scene: Scene, times: Sequence[float], dofs: Dofs) -> Batch:
     }
     largest_at = size.argmax(axis=0)
     for name, points in (("peak", largest_at), ("at", np.array(at, dtype=np.intp))):
-        then = _loads_at(excited, steps, path.time[points])
+        before = partial(steps.around, times=path.time[points], after=False)
+        then = excited.loads(before)
         moved = dofs.displacements(name, path.amplitude[points], then)
         for key, each in moved.items():  # the point of each mode, or the same points of all
             of_modes = np.einsum("jjd->jd", each) if name == "peak" else each.swapaxes(0, 1)
             values[key] = of_modes[np.newaxis]
     return Batch(values, [""], np.zeros(1, dtype=bool))
-
-
-def _loads_at(excited: Excited, steps: Stretches, time: Floats) -> Loads:
-    """Return the loads just before times."""
-    before, _ = steps.around(time)
-    frequency, force, phase = (
-        np.stack([steps.values(f"{name}_{m}", time, before) for m in excited.modes], axis=1)
-        for name in ("frequency", "force", "phase")
-    )
-    scale = steps.values("limit_scale", time, before)[:, np.newaxis]
-    return Loads(frequency, phasor(excited.modal_force * force, phase), scale)

@@ -10,7 +10,7 @@ import numpy as np
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.runner.messages import one_line
-from slipmode.runner.plan.mistuned import MistunedPlan, plan_scene
+from slipmode.runner.plan.blades import plan_blades
 from slipmode.runner.scene.sections import Scene
 from slipmode.runner.study.design import Design
 from slipmode.runner.study.sample_outputs import Batch, Curve
@@ -44,12 +44,11 @@ def compute_mistuned(samples: Samples, design: Design) -> Batch:
 
 def _steady_states(curve: Curve, scenes: Sequence[Scene]) -> dict[str, Floats]:
     """Return the results of scenes that differ in mistuning alone, each (samples, 1, ...)."""
-    plan = plan_scene(scenes[0])
-    assert isinstance(plan, MistunedPlan)
-    tuned = (0.0,) * plan.disk.structure.sectors
-    disks = plan.disk.with_deviation([tuned, *(scene.mistuning for scene in scenes)])
-    force = plan.force * scenes[0].forcing["A"].amplitude.value_before(scenes[0].run.duration)
-    envelope = disks.envelope(curve.frequency, plan.engine_order, force, plan.dof)
+    blades = plan_blades(scenes[0]).excited
+    tuned = (0.0,) * blades.disk.structure.sectors
+    disks = blades.disk.with_deviation([tuned, *(scene.mistuning for scene in scenes)])
+    force = blades.force * scenes[0].forcing["A"].amplitude.value_before(scenes[0].run.duration)
+    envelope = disks.envelope(curve.frequency, blades.engine_order, force, blades.dof)
     reference, *peaks = envelope.max(axis=1)
     values = {
         "curve": envelope[1:],

@@ -27,7 +27,8 @@ from slipmode.rom.slow.units import Units
 from slipmode.rom.validity import warn
 from slipmode.runner.messages import one_line
 from slipmode.runner.plan.excited import Excited
-from slipmode.runner.plan.plan import Plan, make_plan
+from slipmode.runner.plan.plan import ModesPlan
+from slipmode.runner.plan.planning import make_plan
 from slipmode.runner.scene.scene import read_scene
 from slipmode.runner.scene.sections import Scene
 from slipmode.runner.scene.structures import Source
@@ -148,13 +149,13 @@ class SceneModel:
         return model
 
 
-def _static(plan: Plan) -> Floats:
+def _static(plan: ModesPlan) -> Floats:
     excited = plan.excited
-    applied = AppliedForces.of(excited.reduced, excited.force_patterns, plan.known_structure)
+    applied = AppliedForces.of(excited.reduced, excited.force_patterns, excited.structure)
     return applied.static
 
 
-def _first_plan(samples: Samples, contents: Sequence[Content]) -> Plan:
+def _first_plan(samples: Samples, contents: Sequence[Content]) -> ModesPlan:
     """Return the plan of the first scene that has one; raise the first refusal if none has."""
     refused: list[SlipmodeError] = []
     for content in contents:
@@ -206,7 +207,7 @@ def without_loads(content: Content) -> Content:
     return kept
 
 
-def _combinations(plan: Plan, frequencies: Frequencies) -> tuple[CombinationResonance, ...]:
+def _combinations(plan: ModesPlan, frequencies: Frequencies) -> tuple[CombinationResonance, ...]:
     """Return combination resonances anywhere between the samples' frequencies.
 
     A harmonic is as close to a carrier as at a corner of these ranges, or passes it between two.

@@ -2,8 +2,7 @@
 
 passes/           a pass through a scene, with its recording. Start here
 motion.py         the slow trajectory, fast motion, and what is recorded of them
-estimate.py       the estimated error of slow time in transients
-friction_error.py the error of a run by friction beyond the tolerance
-hybrid.py         slow time, and full order where the error is too large
+errors.py         the estimated errors of slow time, in transients and by friction
+energy.py         powers of the energy balance
 full_order.py     a stretch at full order; demodulation.py: its amplitudes
 """

@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
-from slipmode.rom import Model, Reduced
+from slipmode.rom import Model
 from slipmode.rom.arrays import Complexes, Floats
-from slipmode.rom.reduction.force_response import AppliedForces, phasor
+from slipmode.rom.reduction.force_response import AppliedForces
 from slipmode.rom.reduction.reduced import coupling_factor
-from slipmode.runner.plan.plan import Plan
+from slipmode.runner.plan.plan import ModesPlan
 from slipmode.runner.transients.full_order import SlowPart
 
 
 class SlowBalance:
     """The energy balance of the modes in slow time."""
 
-    def __init__(self, plan: Plan, model: Model) -> None:
+    def __init__(self, plan: ModesPlan, model: Model) -> None:
         self._plan, self._model = plan, model
         self._last = np.zeros((1, model.modes), dtype=complex)  # amplitudes of the last point
         self._applied = AppliedForces.of(model.reduced, plan.excited.force_patterns)
@@ -41,12 +43,8 @@ class SlowBalance:
         excited, schedule = self._plan.excited, self._plan.schedule
         reduced, table = self._model.reduced, self._model.table
         points = slice(first, first + len(amplitude))
-        parts = ("frequency", "force", "phase")
-        names = [f"{part}_{mode}" for part in parts for mode in excited.modes]
-        values = schedule.at_points([*names, "limit_scale"], points)
-        frequency, size, phase = np.split(values[:, :-1], len(parts), axis=1)
-        scale = values[:, -1:]
-        force = phasor(excited.modal_force, phase) * size
+        at_points = partial(schedule.at_points, points=points)
+        force, frequency, scale = excited.loads(at_points)
         shift = self._applied.shift * force
         velocity = rate + 1j * frequency * amplitude
         power = 2.0 * np.abs(velocity) ** 2 @ reduced.modal_damping
@@ -69,30 +67,33 @@ class SlowBalance:
 class ToneBalance:
     """The energy balance of several modes on one or two tones."""
 
-    def __init__(self, reduced: Reduced) -> None:
+    def __init__(self, plan: ModesPlan) -> None:
+        self._plan, reduced = plan, plan.excited.reduced
         self._natural, self._tones = reduced.frequency, list(reduced.tone_numbers)
         self._before: tuple[Floats, Complexes, Floats] | None = None  # the last point
 
-    def rows(self, time: Floats, power: Floats, amplitude: Complexes, tone: Floats) -> Floats:
-        """Return the rows of ``/energy`` at communication points, which continue the call before.
+    def rows(self, power: Floats, amplitude: Complexes, first: int) -> Floats:
+        """Return the rows of ``/energy``, see `SlowBalance.rows`.
 
         The stored power is the rate of the energy of the modes, see `full_order_balance`, and
-        structural damping dissipates what remains of the input. `power` (points, 3) has the
-        powers and the energy that a component states, `amplitude` (points, modes) is a_j, `tone`
-        (points, tones) has the forcing frequencies [rad/s].
+        structural damping dissipates what remains of the input.
         """
-        if not len(time):
+        if not len(power):
             return np.empty((0, 5))
-        first = self._before is None
+        schedule, points = self._plan.schedule, slice(first, first + len(power))
+        time = schedule.time(points)
+        names = [f"frequency_{tone}" for tone in self._plan.excited.modes]
+        tone = schedule.at_points(names, points)
+        starts = self._before is None
         now, a, energy = self._before or (time[:1] - 1.0, amplitude[:1], np.zeros(1))
         span = np.diff(time, prepend=now)
         rate = np.diff(amplitude, axis=0, prepend=a) / span[:, np.newaxis]
         velocity = rate + 1j * tone[:, self._tones] * amplitude
         energies = np.sum(np.abs(velocity) ** 2 + np.abs(self._natural * amplitude) ** 2, axis=1)
-        stored = np.diff(energies, prepend=energies[:1] if first else energy) / span
+        stored = np.diff(energies, prepend=energies[:1] if starts else energy) / span
         self._before = time[-1:], amplitude[-1:], energies[-1:]
         structural = power[:, 0] - power[:, 1] - stored
-        structural[0] *= not first  # nothing has moved
+        structural[0] *= not starts  # nothing has moved
         return np.column_stack((power, structural, power[:, 0] - power[:, 1] - structural))
 
 

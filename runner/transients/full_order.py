@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 
@@ -19,8 +20,7 @@ from slipmode.rom.short_repr import frozen, percentage
 from slipmode.rom.slow.motion import reconstruct
 from slipmode.rom.slow.trajectory import SlowTrajectory
 from slipmode.rom.validity import Finding
-from slipmode.runner.plan.plan import Plan
-from slipmode.runner.plan.shared_tone import SharedTonePlan
+from slipmode.runner.plan.plan import ModesPlan
 from slipmode.runner.scene.schedule import Schedule
 from slipmode.runner.transients.demodulation import (
     amplitudes,
@@ -50,7 +50,7 @@ def excitation_of(modes: Sequence[str], patterns: np.ndarray, schedule: Schedule
     return Excitation(patterns=patterns, start=schedule.time(slice(schedule.steps)), **scripted)
 
 
-def initial_state(plan: Plan | SharedTonePlan, excitation: Excitation) -> State:
+def initial_state(plan: ModesPlan, excitation: Excitation) -> State:
     """Return the state of the structure at the start of a scene."""
     a, reduced = np.array(plan.excited.initial, dtype=complex), plan.excited.reduced
     shapes, tones = reduced.mode_shapes, list(reduced.tone_numbers) or slice(a.size)
@@ -90,7 +90,7 @@ class FullOrder:
     `spacing` the spacing of its samples [s].
     """
 
-    def __init__(self, plan: Plan, reduced: Reduced) -> None:
+    def __init__(self, plan: ModesPlan, reduced: Reduced) -> None:
         patterns = np.array(plan.excited.force_patterns)
         self._plan = plan
         small = Projection.of(plan.structure, reduced, list(patterns))
@@ -122,6 +122,18 @@ class FullOrder:
             # errors stay far below the transient error of slow time that a stretch replaces
             steps_per_period=48,  # (tests/runner/transients/test_transient_errors.py)
         )
+
+    @cached_property
+    def jumps(self) -> Floats:
+        """Times at which forces or frequencies, the first two `Loads`, jump [s]."""
+        straight, excited = self._plan.schedule.stretches(), self._plan.excited
+        found = np.zeros(straight.steps, dtype=bool)
+        ends = excited.loads(straight.at_ends)
+        for start, end in zip(excited.step_loads(straight)[:2], ends[:2], strict=True):
+            size = np.maximum(np.abs(start).max(axis=0), np.abs(end).max(axis=0))
+            jump = np.abs(start[1:] - end[:-1]) > 1e-9 * size  # less is rounding
+            found[1:] |= np.any(jump, axis=1)
+        return straight.time(slice(straight.steps))[found]
 
     def fast_motion(self, motion: FullMotion) -> FastMotion:
         """Return a motion as it is recorded."""
@@ -224,7 +236,7 @@ class Stretch:
         return self._full.fast_motion(motion)
 
 
-def integration_cost(plan: Plan) -> list[Finding]:
+def integration_cost(plan: ModesPlan) -> list[Finding]:
     """Return the cost of full order, for the scene without a table and for stretches of it.
 
     It is extrapolated from four windows of demodulation, and eight points.

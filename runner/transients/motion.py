@@ -2,26 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, Protocol
+from collections.abc import Sequence
+from dataclasses import fields
+from functools import partial
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 import scipy
 
 from slipmode.rom import Model, Reduced
 from slipmode.rom.arrays import Complexes, Floats
-from slipmode.rom.laws.elements import SLIDERS, Elements
+from slipmode.rom.laws.elements import Elements
 from slipmode.rom.laws.states import STATES, contact_states
-from slipmode.rom.reduction.force_response import AppliedForces, phasor
+from slipmode.rom.reduction.force_response import AppliedForces
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.motion import SPIN_UP_PERIODS, reconstruct
 from slipmode.rom.slow.trajectory import SlowTrajectory
-from slipmode.rom.validity import Finding
-from slipmode.runner.commands.command_words import command_words
-from slipmode.runner.plan.excited import Excited
-from slipmode.runner.plan.plan import Plan
-from slipmode.runner.recording import channels
-from slipmode.runner.scene.schedule import Schedule
+from slipmode.runner.plan.excited import Excited, contact_channels, tangents
+from slipmode.runner.plan.plan import ModesPlan, Plan
 
 # Shares of states are then within 0.3 % (tests/runner/scene/test_shared_tone.py).
 _STEPS_PER_SAMPLE = 8
@@ -30,24 +28,6 @@ POWERS = ("input_power", "dissipated_power", "dissipated_energy")  # outputs of 
 
 if TYPE_CHECKING:
     from slipmode.runner.recording.record import Recorder
-
-
-class Stepper(Protocol):
-    """What a pass needs of a component; see `fmu.Steppable`."""
-
-    input_names: tuple[str, ...]
-    output_names: tuple[str, ...]
-
-    def set_inputs(self, **values: float) -> None:
-        """Set inputs by name."""
-
-    def outputs(self) -> dict[str, float]:
-        """Return the outputs at the present time."""
-        ...
-
-    def run(self, durations: Floats, inputs: Floats) -> Floats:
-        """Return the outputs (steps, outputs) after each step."""
-        ...
 
 
 @frozen
@@ -63,50 +43,29 @@ class FastMotion:
     modal: Floats  # (n, modes): Displacements of the retained modes [kg^1/2 m]
     elastic: Floats  # (n, dofs): Displacements of the scene's output.elastic [m]
 
-
-def record_findings(recorder: Recorder, found: Iterable[Finding]) -> None:
-    """Record the warnings of a plan and a model as events at t = 0."""
-    for each in found:
-        if each.level != "info":
-            recorder.event(0.0, each.level, command_words(each.line()))
+    @classmethod
+    def joined(cls, parts: Sequence[Self]) -> Self:
+        """Return motions that follow one another as one."""
+        names = [field.name for field in fields(cls)]
+        return cls(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
 
 
 def record_points(
-    plan: Plan, recorder: Recorder, first: int, amplitude: Floats, energy: Floats
+    plan: Plan[Excited], recorder: Recorder, first: int, amplitude: Floats, energy: Floats
 ) -> None:
     """Record the slow channels of communication points from number `first` on.
 
     `amplitude` (points, 2 modes) has the real and imaginary part of each a_j, `energy` has
     the fields of ``/energy``, (points, 5).
     """
-    record_amplitudes(plan.schedule, plan.excited.modes, recorder, first, amplitude)
-    time = plan.schedule.time(slice(first, first + len(amplitude)))
-    recorder.write("/energy", time, energy)
-
-
-def record_amplitudes(
-    schedule: Schedule, forced: Sequence[str], recorder: Recorder, first: int, amplitude: Floats
-) -> None:
-    """Record amplitudes and forces of communication points from number `first` on.
-
-    `forced` are the modes that have a force, `amplitude` (points, 2 modes) are of all.
-    """
     points = slice(first, first + len(amplitude))
-    time = schedule.time(points)
+    time = plan.schedule.time(points)
     moduli = np.hypot(amplitude[:, 0::2], amplitude[:, 1::2])
     recorder.write("/modes", time, np.hstack((amplitude, moduli)))
-    names = [f"{q}_{mode}" for mode in forced for q in ("force", "frequency", "phase")]
-    recorder.write("/forcing", time, schedule.at_points(names, points))
-
-
-def contact_channels(reduced: Reduced, prefix: str = "") -> list[channels.Channel]:
-    """Return the channels of the contacts: contact DOFs if rigid, elements of an elastic law."""
-    if reduced.contacts is None:
-        return [channels.contact(i, prefix) for i in range(reduced.n_contacts)]
-    return [
-        channels.elastic_contact(i, _tangents(element), prefix)
-        for i, element in enumerate(reduced.contacts.element)
-    ]
+    inputs = ("force", "frequency", "phase")
+    names = [f"{name}_{mode}" for mode in plan.excited.modes for name in inputs]
+    recorder.write("/forcing", time, plan.schedule.at_points(names, points))
+    recorder.write("/energy", time, energy)
 
 
 def record_contacts(
@@ -126,11 +85,11 @@ def record_contacts(
         return None
     states = contact_states(elements, motion.displacement, motion.force, scale)
     for k, (channel, element) in enumerate(zip(listed, elements.element, strict=True)):
-        tangents = _tangents(element)
-        along = element["column"][: max(tangents, 1)].tolist()
+        count = tangents(element)
+        along = element["column"][: max(count, 1)].tolist()
         columns = [part[:, i] for i in along for part in moved]
-        if tangents:
-            normal = element["column"][tangents]
+        if count:
+            normal = element["column"][count]
             columns += [motion.displacement[:, normal], motion.velocity[:, normal]]
             columns += [states.normal_force[:, k], states.gap[:, k]]
         rows = np.stack([*columns, states.state[:, k]], axis=1)
@@ -149,11 +108,6 @@ def force_along(elements: Elements, time: Floats, displacement: Floats) -> Float
     return force[::_STEPS_PER_SAMPLE]
 
 
-def _tangents(element: np.void) -> int:
-    """Return the number of tangential directions; 0 for a law without a normal."""
-    return 0 if element["law"] == SLIDERS else int(element["tangents"])
-
-
 def shares_in_words(shares: Floats) -> str:
     """Return in words the shares of time (elements, 3) that contacts spend in each state."""
     parts = []
@@ -169,16 +123,14 @@ class OutputColumns:
     """Columns of the outputs of a component."""
 
     parts: list[int]  # Real and imaginary part of the amplitude of each mode in turn
-    angle: list[int]
+    angle: list[int]  # Of the carrier of each mode, or tone
     power: list[int]  # `POWERS`
 
     @classmethod
-    def of(
-        cls, names: Sequence[str], modes: Sequence[str], tones: Sequence[str] = ()
-    ) -> OutputColumns:
-        """Return the columns of outputs with these names; by default each mode has a tone."""
-        parts = [f"{mode}_{part}" for mode in modes for part in ("re", "im")]
-        wanted = parts, [f"theta_{tone}" for tone in tones or modes], POWERS
+    def of(cls, names: Sequence[str], excited: Excited) -> OutputColumns:
+        """Return the columns of outputs with these names."""
+        parts = [f"{mode}_{part}" for mode in excited.mode_names for part in ("re", "im")]
+        wanted = parts, [f"theta_{tone}" for tone in excited.modes], POWERS
         return cls(*([list(names).index(name) for name in each] for each in wanted))
 
     def amplitudes(self, outputs: Floats) -> Complexes:
@@ -186,61 +138,32 @@ class OutputColumns:
         return np.ascontiguousarray(outputs[:, self.parts]).view(complex)
 
 
-def output_row(component: Stepper) -> Floats:
-    """Return the present outputs of a component as a row, (1, names)."""
-    now = component.outputs()
-    return np.array([[now[name] for name in component.output_names]])
-
-
 def slow_trajectory(
-    plan: Plan, model: Model, names: Sequence[str], outputs: Floats, first: int = 0
+    plan: ModesPlan, model: Model, names: Sequence[str], outputs: Floats, first: int = 0
 ) -> SlowTrajectory:
     """Return the trajectory of a component's outputs (steps + 1, names) from point `first` on."""
     excited, schedule = plan.excited, plan.schedule
     steps = slice(first, first + len(outputs) - 1)
-    columns = OutputColumns.of(names, excited.modes)
-    force_response = AppliedForces.of(model.reduced, excited.force_patterns, plan.known_structure)
-    script, angle = scripted(excited, schedule, steps), outputs[:, columns.angle]
-    before = slice(max(first - 1, 0), steps.stop)
-    start, end = excited.modal_forces(schedule, before)
-    onset = start[1:] - end[:-1]
-    if first == 0:
-        onset = np.vstack((np.zeros_like(start[:1]), onset))
+    columns = OutputColumns.of(names, excited)
+    force_response = AppliedForces.of(model.reduced, excited.force_patterns, excited.structure)
+    now, rate = excited.step_loads(schedule, steps), excited.load_rates(schedule, steps)
+    last = slice(max(first - 1, 0), max(steps.stop - 1, 0))
+    before = excited.loads(partial(schedule.at_ends, steps=last)).force
+    onset = now.force - (before if first else np.vstack((now.force[:1], before)))
+    angle = outputs[:, columns.angle]
     return SlowTrajectory(
         time=schedule.time(slice(first, steps.stop + 1)),
         amplitude=columns.amplitudes(outputs),
         angle=angle,
-        **vars(script),
+        frequency=now.frequency,
+        frequency_rate=rate.frequency,
+        force=now.force,
+        force_rate=rate.force,
         force_response=force_response,
-        discontinuity=force_response.free_vibration(onset, script.frequency, angle[:-1]),
+        discontinuity=force_response.free_vibration(onset, now.frequency, angle[:-1]),
+        scale=now.scale[:, 0],
+        scale_rate=rate.scale[:, 0],
     )
-
-
-@frozen
-class Script:
-    """Forcing and limits at the start of each step; see `SlowTrajectory`."""
-
-    # force, force_rate, frequency, frequency_rate: (steps, modes)
-    force: Complexes
-    force_rate: Complexes
-    frequency: Floats
-    frequency_rate: Floats
-    # scale, scale_rate: (steps,): Limits and preloads relative to the model's
-    scale: Floats
-    scale_rate: Floats
-
-
-def scripted(excited: Excited, schedule: Schedule, steps: slice = slice(None)) -> Script:
-    """Return the forcing of the modes, and the limits, by the script of the scene."""
-    quantities = ("force", "force_rate", "phase", "phase_rate", "frequency", "frequency_rate")
-    names = [f"{quantity}_{mode}" for quantity in quantities for mode in excited.modes]
-    found = np.split(schedule.inputs(names, steps), len(quantities), axis=1)
-    size, size_rate, phase, phase_rate, frequency, frequency_rate = found
-    per_unit = phasor(excited.modal_force, phase)
-    force = size * per_unit
-    force_rate = size_rate * per_unit + 1j * phase_rate * force
-    scale, scale_rate = schedule.inputs(("limit_scale", "limit_scale_rate"), steps).T
-    return Script(force, force_rate, frequency, frequency_rate, scale, scale_rate)
 
 
 def carrier_phases(trajectory: SlowTrajectory, times: Floats) -> Floats:

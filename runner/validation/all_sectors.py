@@ -14,13 +14,13 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.full import FullMotion, State, integrate
 from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.structure.structure import Structure
-from slipmode.runner.plan.mistuned import MistunedPlan
-from slipmode.runner.plan.plan import Plan
-from slipmode.runner.plan.waves import Waves
+from slipmode.runner.plan.blades import BladesPlan
+from slipmode.runner.plan.plan import ModesPlan
+from slipmode.runner.plan.waves import ExcitedWaves
 from slipmode.runner.transients.full_order import excitation_of
 
 
-def check_one_wave(plan: Plan) -> None:
+def check_one_wave(plan: ModesPlan) -> None:
     """Refuse two waves: forces of two patterns in two phases each."""
     if len(plan.excited.modes) > 1:
         raise SlipmodeError(
@@ -30,13 +30,17 @@ def check_one_wave(plan: Plan) -> None:
 
 
 def sector_in_full(
-    plan: Plan, waves: Waves, annulus: Structure, times: Floats, steps_per_period: float
+    plan: ModesPlan,
+    waves: ExcitedWaves,
+    annulus: Structure,
+    times: Floats,
+    steps_per_period: float,
 ) -> FullMotion:
     """Return the motion of sector 0 among all sectors.
 
     Its output is the modal displacement of the wave. The energy is not known for one sector.
     """
-    disk, (carrier,) = waves.structure, waves.sector.carriers
+    disk, (carrier,) = waves.disk, waves.sector.carriers
     wave = carrier.wave
     k, size = wave.nodal_diameter, disk.n_contacts
     pattern = disk.around(carrier.force, k)
@@ -50,7 +54,7 @@ def sector_in_full(
     output = weight * np.asarray(annulus.mass @ (turn * shape)).real
     motion = integrate(
         annulus,
-        _law_of_all(waves.law, disk),
+        _law_of_all(wave.law, disk),
         excitation,
         times,
         steps_per_period=steps_per_period,
@@ -66,18 +70,18 @@ def sector_in_full(
     )
 
 
-def blades_in_full(plan: MistunedPlan, times: Floats, steps_per_period: float) -> Floats:
+def blades_in_full(plan: BladesPlan, times: Floats, steps_per_period: float) -> Floats:
     """Return the displacement of the plan's DOF of every blade of a mistuned disk, (n, N) [m]."""
-    disk = plan.disk.structure
-    annulus = disk.annulus(plan.disk.deviation[0])
-    pattern = disk.around(plan.force.astype(complex), plan.engine_order)
+    blades, disk = plan.excited, plan.excited.disk.structure
+    annulus = disk.annulus(blades.disk.deviation[0])
+    pattern = disk.around(blades.force.astype(complex), blades.engine_order)
     motion = integrate(
         annulus,
-        _law_of_all(plan.disk.law, disk),
+        _law_of_all(blades.disk.law, disk),
         excitation_of(("A",), pattern[np.newaxis], plan.schedule),
         times,
         steps_per_period=steps_per_period,
-        outputs=range(plan.dof, annulus.n_dofs, disk.free_dofs.size),
+        outputs=range(blades.dof, annulus.n_dofs, disk.free_dofs.size),
     )
     return motion.displacement
 

@@ -6,11 +6,11 @@ from dataclasses import dataclass, fields, replace
 from os import PathLike
 from pathlib import Path
 from time import perf_counter
-from typing import Any, Literal, TypeVar
+from typing import Literal, cast
 
 import numpy as np
 
-from slipmode.rom import Model, Reduced
+from slipmode.rom import Model
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.full import (
@@ -23,14 +23,14 @@ from slipmode.rom.full.convergence import relative_rms
 from slipmode.rom.full.structures import Projection
 from slipmode.rom.short_repr import frozen, percentage
 from slipmode.rom.structure.matrices import as_dense
-from slipmode.runner.plan.mistuned import MistunedPlan, plan_scene
-from slipmode.runner.plan.plan import Plan, make_plan
-from slipmode.runner.plan.shared_tone import SharedTonePlan, plan_shared_tone
-from slipmode.runner.plan.transients import Intervals
-from slipmode.runner.plan.waves import Waves
+from slipmode.runner.plan.blades import plan_blades
+from slipmode.runner.plan.excited import contact_channels
+from slipmode.runner.plan.plan import Intervals, ModesPlan
+from slipmode.runner.plan.planning import plan_scene
+from slipmode.runner.plan.waves import ExcitedWaves
 from slipmode.runner.recording import channels
 from slipmode.runner.recording.record import Header, Recorder, describe_run
-from slipmode.runner.run import open_recorder, run
+from slipmode.runner.run import PASSES, open_recorder, run
 from slipmode.runner.scene.scene import Scene, Window, load_scene
 from slipmode.runner.transients.full_order import (
     FullOrder,
@@ -38,21 +38,9 @@ from slipmode.runner.transients.full_order import (
     friction_loss,
     initial_state,
 )
-from slipmode.runner.transients.hybrid import fast_motion, stepper
-from slipmode.runner.transients.motion import (
-    FastMotion,
-    contact_channels,
-    output_row,
-    record_contacts,
-    slow_trajectory,
-)
-from slipmode.runner.transients.passes import loop
-from slipmode.runner.transients.passes.tones import SharedTonePass
+from slipmode.runner.transients.motion import FastMotion, record_contacts
+from slipmode.runner.transients.passes.loop import Destination
 from slipmode.runner.validation.all_sectors import blades_in_full, check_one_wave, sector_in_full
-
-# Plans of structures that are integrated whole.
-WholePlan = Plan | SharedTonePlan
-_Same = TypeVar("_Same", Plan, SharedTonePlan, WholePlan)
 
 
 @dataclass(frozen=True)
@@ -145,17 +133,13 @@ def validate(
         return _validate_blades(scene, output, progress=progress)
     started = perf_counter()
     plan = with_window(_planned(scene, progress=progress))
-    model: Model | None = None
-    if isinstance(plan, Plan) and scene.tabulated:
-        model, _ = plan.model(progress=progress)
+    model = plan.model(progress=progress)[0] if scene.tabulated else None
     tabulated = perf_counter()
-    if isinstance(plan, SharedTonePlan):
-        motion, energy = motion_on_tone(plan), None
-    elif model is None:
+    energy: float | None
+    if scene.model.table == "none":
         motion, energy = integrated_motion(plan)
     else:
-        outputs, motion = slow_motion(plan, model)
-        energy = float(outputs[-1, -1])
+        motion, energy = slow_motion(plan, model)
     finished = perf_counter()
     full = reference(plan, motion.time)
     found = Validation(
@@ -169,7 +153,7 @@ def validate(
         coordinates=full.coordinates,
         windows=plan.scene.contact,
         reduced="reduced coordinates" if scene.model.table == "none" else "slow time",
-        full_order=plan.full_order if isinstance(plan, Plan) else (),
+        full_order=plan.full_order,
     )
     _record(plan, model, motion, full.motion, found)
     return found
@@ -177,15 +161,15 @@ def validate(
 
 def _validate_blades(scene: Scene, output: str | PathLike[str], *, progress: bool) -> Validation:
     """Run a scene of a mistuned disk both ways. The recording has the slow motion alone."""
-    plan = plan_scene(scene)
-    assert isinstance(plan, MistunedPlan)
+    plan = plan_blades(scene)
     if not scene.windows:
-        last = _last_periods(scene, plan.frequency_range[0])
+        last = _last_periods(scene, plan.excited.frequency[0])
         scene = replace(scene, elastic=(last,))
     named = replace(scene, name=f"{scene.name}.validation", log=replace(scene.log, mcap=True))
     recording = run(named, output, progress=progress)
     disk = recording.read().channels["/disk"]
-    moved = disk.values[:, : plan.disk.structure.sectors]
+    blades, sectors = plan.excited, plan.excited.disk.structure.sectors
+    moved = disk.values[:, :sectors]
     started = perf_counter()
     fine = blades_in_full(plan, disk.time, 64)
     seconds = perf_counter() - started
@@ -193,46 +177,47 @@ def _validate_blades(scene: Scene, output: str | PathLike[str], *, progress: boo
         _worst(each, fine) for each in (moved, blades_in_full(plan, disk.time, 32))
     )
     return Validation(
-        comparisons=[Comparison(f"DOF {plan.dof} of the worst blade", error, of_reference)],
+        comparisons=[Comparison(f"DOF {blades.dof} of the worst blade", error, of_reference)],
         slow_seconds=recording.slow_seconds,
         table_seconds=recording.table_seconds,
         full_seconds=seconds,
         recordings=[path for path in (recording.mcap, recording.rrd) if path],
-        coordinates=moved.shape[1] * plan.disk.structure.free_dofs.size,
+        coordinates=sectors * blades.n_dofs,
         windows=tuple(scene.windows),
         reduced="slow time",
     )
 
 
-def _planned(scene: Scene, *, progress: bool) -> WholePlan:
+def _planned(scene: Scene, *, progress: bool) -> ModesPlan:
     """Return the plan of a scene whose structure can be integrated in full."""
-    if scene.modes.tones:
-        forced = scene.forcing.items()
-        rotates = next((name for name, each in forced if each.quadrature is not None), None)
-        if rotates and len(scene.forcing) == 2:
-            raise SlipmodeError(
-                f"forcing.{rotates}.quadrature: must be left out, because the reference has one "
-                "force that does not rotate on each of two tones"
-            )
-        return plan_shared_tone(scene)
-    structure = scene.build() if scene.disk is None else None
-    plan = make_plan(scene, structure=structure, progress=progress)
-    if scene.disk is not None:
-        check_one_wave(plan)
+    forced = scene.forcing.items()
+    rotates = next((name for name, each in forced if each.quadrature is not None), None)
+    if rotates and len(forced) == 2:
+        raise SlipmodeError(
+            f"forcing.{rotates}.quadrature: must be left out, because the reference has one "
+            "force that does not rotate on each of two tones"
+        )
+    if scene.disk is None:
+        return plan_scene(scene, structure=scene.build(), progress=progress)
+    plan = plan_scene(scene, progress=progress)
+    check_one_wave(plan)
     return plan
 
 
-def slow_motion(plan: Plan, model: Model) -> tuple[Floats, FastMotion]:
-    """Return the outputs at the communication points, and the motion in every window."""
-    component, schedule = stepper(plan, model), plan.schedule
-    first = output_row(component)
-    outputs = component.run(schedule.durations(), schedule.inputs(component.input_names))
-    outputs = np.vstack((first, outputs))
-    trajectory = slow_trajectory(plan, model, component.output_names, outputs)
-    return outputs, fast_motion(component, plan, model, trajectory, _sample_times(plan))
+def slow_motion(plan: ModesPlan, model: Model | None) -> tuple[FastMotion, float | None]:
+    """Return the motion in every window, and the energy that friction dissipated [J].
+
+    The energy is not known for several modes on a tone, which have no `model`.
+    """
+    motions: list[FastMotion] = []
+    destination = Destination(Recorder(()), keep=motions.append)
+    tabulated = (model,) if model else ()
+    pass_ = PASSES[plan.kind](plan, destination, *tabulated)
+    pass_.run()
+    return FastMotion.joined(motions), float(pass_.last_row[-1]) if model else None
 
 
-def integrated_motion(plan: Plan) -> tuple[FastMotion, float]:
+def integrated_motion(plan: ModesPlan) -> tuple[FastMotion, float]:
     """Return the motion in every window, integrated on the reduced coordinates.
 
     The second value is the energy that friction dissipated until the end of the scene [J].
@@ -245,33 +230,12 @@ def integrated_motion(plan: Plan) -> tuple[FastMotion, float]:
     return motion, float(friction_loss(excited.reduced.contacts, until_end)[-1])
 
 
-def motion_on_tone(plan: SharedTonePlan) -> FastMotion:
-    """Return the motion of several modes on a tone in every window."""
-    kept = _KeptMotion(plan, loop.Recording(Recorder(()), lambda: None))
-    kept.run(progress=False)
-    names = [each.name for each in fields(FastMotion)]
-    parts = {name: [getattr(each, name) for each in kept.motions] for name in names}
-    return FastMotion(**{name: np.concatenate(part) for name, part in parts.items()})
-
-
-class _KeptMotion(SharedTonePass):
-    """A pass that keeps the motion in windows instead of recording it."""
-
-    def __init__(self, *arguments: Any) -> None:
-        super().__init__(*arguments)
-        self.motions: list[FastMotion] = []
-
-    def _record_motion(self, window: Window, reduced: Reduced, motion_at: loop.MotionAt) -> None:
-        if window in self._plan.scene.contact:
-            self.motions.append(motion_at(self._times(window))[0])
-
-
-def _sample_times(plan: Plan) -> Floats:
+def _sample_times(plan: ModesPlan) -> Floats:
     """Return the times of the samples in all windows."""
     return np.concatenate([plan.schedule.sample_times(window) for window in plan.scene.contact])
 
 
-def with_window(plan: _Same) -> _Same:
+def with_window(plan: ModesPlan) -> ModesPlan:
     """Return the plan with a window of contact motion at its end if the scene has none."""
     if plan.scene.contact:
         return plan
@@ -286,7 +250,7 @@ def _last_periods(scene: Scene, frequency: float) -> Window:
 
 
 def _compare(
-    plan: WholePlan, motion: FastMotion, energy: float | None, full: Reference
+    plan: ModesPlan, motion: FastMotion, energy: float | None, full: Reference
 ) -> list[Comparison]:
     time, seen = motion.time, np.isin(full.motion.time, motion.time)
     elements = plan.excited.contacts[0].contacts
@@ -318,7 +282,7 @@ def _compare(
     return found
 
 
-def _about_mean(plan: WholePlan, time: Floats, signal: Floats) -> Floats:
+def _about_mean(plan: ModesPlan, time: Floats, signal: Floats) -> Floats:
     """Return a signal (samples, N_c) less its mean in each window."""
     moving = signal.copy()
     for window in plan.scene.contact:
@@ -337,7 +301,7 @@ def _worst(signal: Floats, reference: Floats) -> float:
 
 
 def _record(
-    plan: WholePlan, model: Model | None, motion: FastMotion, fine: FullMotion, found: Validation
+    plan: ModesPlan, model: Model | None, motion: FastMotion, fine: FullMotion, found: Validation
 ) -> None:
     """Record both motions; the full-order channels begin with /full."""
     scene = plan.scene
@@ -378,14 +342,14 @@ class Reference:
     seconds: float  # Wall time of `motion` alone
 
 
-def reference(plan: WholePlan, times: Floats) -> Reference:
+def reference(plan: ModesPlan, times: Floats) -> Reference:
     """Return the motion of a scene at full order, at times and at its end.
 
     Structures of up to 1000 DOFs have all their modes, larger ones `rom.full.component_modes`.
     """
     excited, times = plan.excited, np.union1d(times, [plan.scene.run.duration])
-    if isinstance(plan, Plan) and excited.waves is not None:
-        return _of_all_sectors(plan, excited.waves, times)
+    if plan.scene.disk is not None:
+        return _of_all_sectors(plan, cast(ExcitedWaves, excited), times)
     coordinates = plan.structure.n_dofs
     small: Projection | None = None
     fewer: Projection | None = None
@@ -412,9 +376,9 @@ def reference(plan: WholePlan, times: Floats) -> Reference:
     return Reference(fine, comparisons, coordinates, seconds)
 
 
-def _of_all_sectors(plan: Plan, waves: Waves, times: Floats) -> Reference:
+def _of_all_sectors(plan: ModesPlan, waves: ExcitedWaves, times: Floats) -> Reference:
     """Return the motion of sector 0 among all sectors of a bladed disk."""
-    annulus = waves.structure.annulus()
+    annulus = waves.disk.annulus()
     started = perf_counter()
     fine = sector_in_full(plan, waves, annulus, times, 64)
     seconds = perf_counter() - started
@@ -423,7 +387,7 @@ def _of_all_sectors(plan: Plan, waves: Waves, times: Floats) -> Reference:
 
 
 def full_motion(
-    plan: WholePlan, times: Floats, steps_per_period: float, on: Projection | None = None
+    plan: ModesPlan, times: Floats, steps_per_period: float, on: Projection | None = None
 ) -> FullMotion:
     """Return the motion of a scene, with the retained modes as outputs.
 

@@ -2,7 +2,8 @@
 
 loop.py        the loop of all passes: steps, rows of points, windows of fast motion. Start here
 slow.py        one or two modes in slow time, with stretches at full order
+waves.py       travelling waves of a bladed disk
 integrated.py  a scene at full order
 tones.py       several modes on one or two tones
-mistuned.py    mistuned disks
+blades.py      mistuned disks
 """

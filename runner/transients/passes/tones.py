@@ -2,75 +2,37 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
+from slipmode.fmu import Component
 from slipmode.rom.arrays import Floats
-from slipmode.rom.laws.elements import Elements
-from slipmode.runner.plan.shared_tone import SharedTonePlan
+from slipmode.runner.plan.tones import TonesPlan
 from slipmode.runner.scene.keys import Window
 from slipmode.runner.transients.energy import ToneBalance
-from slipmode.runner.transients.motion import (
-    FastMotion,
-    OutputColumns,
-    Stepper,
-    force_along,
-    record_amplitudes,
-)
-from slipmode.runner.transients.passes.loop import AnyPlan, Pass, Recording
+from slipmode.runner.transients.motion import FastMotion
+from slipmode.runner.transients.passes.loop import ComponentPass, Destination
 
 
-class SampledPass(Pass[AnyPlan]):
-    """A pass that takes steps to the samples of windows as well.
+class TonePass(ComponentPass):
+    """A pass of several modes. Forces of contacts follow from their motion."""
 
-    The samples begin some periods before a window, so that the forces of its contacts follow from
-    their motion.
-    """
+    steps_per_block = 256  # between recordings: less than a second of work
 
-    steps_per_block = 256  # between recordings: less than a second of work with 24 sectors
-
-    def __init__(self, plan: AnyPlan, recording: Recording, component: Stepper) -> None:
-        super().__init__(plan, recording, component)
-        sampled = [self._with_spin_up(window) for window in self._windows]
-        points = tuple(np.concatenate([[], *sampled]).tolist())
-        self._schedule = replace(plan.schedule, points=points)
-
-    def _times(self, window: Window) -> Floats:
-        """Return the times of the samples in a window."""
-        return self._plan.schedule.sample_times(window)
-
-    def _with_spin_up(self, window: Window) -> Floats:
-        times = self._times(window)
-        before = replace(window, window=(max(times[0] - self._spin_up, 0.0), times[0]))
-        return np.append(self._plan.schedule.sample_times(before), times)
-
-    def _forces(self, elements: Elements, displacement: Floats, first: int) -> Floats:
-        """Return forces of contacts (points, N_c) from their motion from point `first` on."""
-        times = self._schedule.time(slice(first, first + len(displacement)))
-        return force_along(elements, times, displacement)
-
-
-class SharedTonePass(SampledPass[SharedTonePlan]):
-    """A pass of several modes."""
-
-    def __init__(self, plan: SharedTonePlan, recording: Recording) -> None:
-        super().__init__(plan, recording, plan.component())
-        names, excited = self._component.output_names, plan.excited
-        self._columns = OutputColumns.of(names, excited.mode_names, excited.modes)
-        self._balance = ToneBalance(plan.model.reduced)
-
-    def _record(self, rows: Floats) -> None:
-        schedule, tones, first = self._plan.schedule, self._plan.excited.modes, self._recorded
-        points, amplitude = slice(first, first + len(rows)), self._columns.amplitudes(rows)
-        record_amplitudes(schedule, tones, self._recorder, first, amplitude.view(float))
-        time = schedule.time(points)
-        frequency = schedule.at_points([f"frequency_{name}" for name in tones], points)
-        energy = self._balance.rows(time, rows[:, self._columns.power], amplitude, frequency)
-        self._recorder.write("/energy", time, energy)
+    def __init__(self, plan: TonesPlan, destination: Destination) -> None:
+        excited, scene = plan.excited, plan.scene
+        component = Component(
+            excited.tone_model,
+            excited.force_patterns,
+            contact=bool(scene.windows),
+            elastic=scene.output.elastic,
+            tolerance=scene.run.tolerance,
+            warned=False,
+        )
+        super().__init__(plan, destination, component, ToneBalance(plan).rows)
+        self._step_to_samples()
 
     def _record_window(self, window: Window) -> None:
-        reduced, (first, rows) = self._plan.model.reduced, self._kept()
+        reduced, (first, rows) = self._plan.excited.reduced, self._kept()
         assert reduced.contacts is not None
         names, dofs = self._component.output_names, self._plan.scene.output.elastic
         contacts = range(reduced.n_contacts)

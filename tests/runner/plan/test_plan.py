@@ -65,17 +65,15 @@ formulation = "{{}}"
 rerun = false
 """
 FORCE_B = "[forcing.B]\ndof = 1\namplitude = 0.05\nfrequency = 1.66\n"
+CARRIERS = [
+    ("paper", "", [1.0]),
+    ("paper", FORCE_B, [1.0, 1.7]),
+    ("consistent", FORCE_B, [0.97, 1.66]),
+]
 
 
 @pytest.mark.oracle
-@pytest.mark.parametrize(
-    ("formulation", "more", "carrier"),
-    [
-        ("paper", "", [1.0]),
-        ("paper", FORCE_B, [1.0, 1.7]),
-        ("consistent", FORCE_B, [0.97, 1.66]),
-    ],
-)
+@pytest.mark.parametrize(("formulation", "more", "carrier"), CARRIERS)
 def test_carriers_are_natural_frequencies_or_those_of_the_forces(formulation, more, carrier):
     plan = make_plan(parse_scene(FORMULATION.format(formulation) + more, "."))
     np.testing.assert_allclose(plan.excited.reduced.carrier, carrier, rtol=1e-12)
