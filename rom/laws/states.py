@@ -55,7 +55,7 @@ def contact_states(
         pressed = preload + stiffness * (displacement[:, normal] - element["gap"])
         N = np.maximum(pressed, 0.0)
         held = element["friction"] * N
-        at_rest = scale * element["tangential_preload"][: len(tangential)]
+        at_rest = np.multiply.outer(scale, element["tangential_preload"][: len(tangential)])
         slips = np.linalg.norm(at_rest + force[:, tangential], axis=1) >= held * _AT_LIMIT
         state[:, k] = np.where(pressed <= 0.0, OPEN, np.where(slips, SLIPPING, STUCK))
         normal_force[:, k], gap[:, k] = N, np.maximum(-pressed, 0.0) / stiffness

@@ -64,8 +64,8 @@ def test_joined_bodies_move_as_one_and_bolts_are_in_balance(deck, lap):
 
 @pytest.mark.oracle
 def test_bolts_press_the_lap_and_friction_bends_its_backbone(example, lap):
-    with pytest.warns(rom.ValidityWarning, match="of its friction limit"):
-        rest = rom.preload(lap.structure, lap.law, lap.bolts)
+    rest = rom.preload(lap.structure, lap.law, lap.bolts)
+    assert rest.tangential_share.max() > 0.1
     assert rest.normal_force.sum() == pytest.approx(4000.0, rel=1e-6)
     reduced = rom.reduce(lap.structure, (example.A,), law=rest.law)
     _, omega, damping = example.backbone(reduced, rest.law, 2e-7, decades=1)
