@@ -76,7 +76,7 @@ def test_bolts_press_the_lap_and_friction_bends_its_backbone(example, lap):
 
 @pytest.mark.oracle
 def test_the_scene_of_a_deck_runs(example, lap, tmp_path):
-    """The answer of the stuck structure: contacts slip only where bolts bring them near a limit."""
+    """The answer of the stuck structure: contacts slip only where bolts load them to 90 %."""
     reduced = rom.reduce(lap.structure, (6,), law=lap.law)
     omega = reduced.frequency[0]
     path = example.write(lap, tmp_path, 0.98 * omega, force=0.1)

@@ -105,8 +105,3 @@ def test_one_table_serves_every_static_force():
     law, half = loaded()[0].law, loaded(0.5 * STATIC)[0].law
     np.testing.assert_allclose(half.preload, 0.5 * np.array(law.preload))
     np.testing.assert_allclose(half.tangential_preload, 0.5 * np.array(law.tangential_preload))
-
-
-def test_a_force_that_no_contact_can_hold_is_refused():
-    with pytest.raises(rom.SlipmodeError, match=r"static_force: no equilibrium was found"):
-        rom.preload(damper(), LAW, {5: -STATIC})
