@@ -32,7 +32,7 @@ from slipmode.rom.slow.nonresonant.response_surface import (
 from slipmode.rom.slow.slow_flow import slow_flow
 from slipmode.rom.table.local.tone_model import ToneModel
 
-FORMAT = 13  # FMU_FORMAT in fmu/src/resources/model.h
+FORMAT = 14  # FMU_FORMAT in fmu/src/resources/model.h
 IDENTITY = "model.txt"
 
 # The struct `fmu_layout` of fmu/src/resources/model.h, without the format.
@@ -42,7 +42,7 @@ _LAYOUT = (
     *("steps_per_period", "variables", "kinds", "nodes", "shares"),
     *(f"{count}_{letter}" for count in ("slow", "fast", "modes") for letter in "ab"),
 )
-_ROW = 2 + len(kernel.ELEMENT.names or ())  # doubles of an sm_element, with three columns
+_ROW = 3 + len(kernel.ELEMENT.names or ())  # doubles of an sm_element, with its arrays
 # Arrays of models with a friction table, in their order, with their shapes in other models.
 _TABLE_ARRAYS = {
     "combinations": (0, 3),

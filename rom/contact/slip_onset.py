@@ -85,12 +85,14 @@ def _loads(reduced: Reduced, law: Friction, *, disks: bool = False) -> tuple[Flo
                 element["tangential_stiffness"] * L[:, tangential[0]],
                 element["friction"],
             )
-            motion += [np.abs(force + friction * pressing), np.abs(force - friction * pressing)]
-            holding += 2 * [friction * element["preload"]]
+            motion += [np.abs(force - friction * pressing), np.abs(force + friction * pressing)]
+            limit, pulled = friction * element["preload"], element["tangential_preload"][0]
+            holding += [max(limit - pulled, 0.0), max(limit + pulled, 0.0)]
         elif disks:
             force = element["tangential_stiffness"] * np.linalg.norm(L[:, tangential], axis=1)
             motion.append(force + element["friction"] * np.abs(pressing))
-            holding.append(element["friction"] * element["preload"])
+            pulled = np.linalg.norm(element["tangential_preload"])
+            holding.append(max(element["friction"] * element["preload"] - pulled, 0.0))
     return np.reshape(motion, (-1, len(L))).T, np.array(holding)
 
 

@@ -25,7 +25,7 @@ from slipmode.rom.structure.matrices import as_dense
 from slipmode.rom.structure.structure import Structure
 
 _BALANCED = 1e-6  # remaining force, relative to the forces in an equation
-_LOADED = 0.1  # tangential force at rest, neglected by the law, relative to the friction limit
+_LOADED = 0.1  # force at rest that the law neglects, relative to the friction limit
 
 _NORMAL = "rom.FrictionalContact, or rom.Contacts with a group of it"
 
@@ -39,7 +39,7 @@ class Preload:
     Attributes
     ----------
     law : elastic law
-        Law about this equilibrium, with normal forces as preloads and clearances as gaps.
+        Law about this equilibrium: normal and tangential forces as preloads, clearances as gaps.
     displacement : (n,) ndarray
         Displacement x of every DOF [m]. A free structure has no rigid-body displacement.
     contact_force : (N_c,) ndarray
@@ -83,7 +83,7 @@ def preload(
     static_force : {DOF: force} or (n,) array_like
         Static force F [N].
     warned : bool, default True
-        Warn of tangential forces at rest. A scene reports them in its plan instead.
+        Warn of neglected forces at rest. A scene reports them in its plan instead.
 
     Returns
     -------
@@ -99,21 +99,23 @@ def preload(
     Warns
     -----
     ValidityWarning
-        If the tangential force of a contact is above 10 % of its friction limit.
+        If the force of a contact without a normal direction (Jenkins, Iwan, Sliders, in a group
+        of `Contacts`) is above 10 % of its friction limit: the returned law neglects it.
 
     Notes
     -----
-    Normal forces and gaps of the returned law are exact. Tangential forces at rest are part of the
-    equilibrium but not of the returned law: its sliders start without force. They slip at mu N in
-    both directions, instead of mu N minus the static tangential force.
+    Vibration about the equilibrium with the returned law is the vibration of the loaded structure.
+    A contact slips where its whole tangential force, at rest and by vibration, reaches mu N.
 
-    Under constant normal forces, steady vibration does not depend on the static tangential forces,
-    except for a constant displacement. Under varying normal forces and in transients, it depends
-    on them. `Preload.tangential_share` measures the static tangential forces.
+    Tangential forces under varying normal forces are not unique: they depend on the load history.
+    The static force acts first, in one step, from contacts without tangential forces. Then the
+    vibration begins. In `rom.tabulate`, and in steady states and curves with its model, it grows
+    slowly: contacts with one tangential direction slip as far as they must (shakedown), and no
+    further. In runs and time integration the transient decides.
 
-    Vibration may relax the static tangential forces. To compute normal forces without them, use
-    mu = 0 here, and put the returned preload and gap into a law with friction. The
-    structure must then be held without friction.
+    If `law` has neither preloads nor gaps, the static force is a factor on all forces of the
+    returned law. A model for one static force then serves all others, with this factor as the
+    scale of limits and preloads.
 
     Examples
     --------
@@ -140,7 +142,7 @@ def preload(
             "static_force: all contacts are open under this force; at least one must touch"
         )
     found = Preload(
-        law=_loaded(law, N, gap),
+        law=_loaded(law, f, N, gap),
         displacement=displacement,
         contact_force=f,
         state=state,
@@ -149,21 +151,21 @@ def preload(
         tangential_share=_tangential_share(elements, f, N),
     )
     if warned and (loaded := loaded_by_friction(found)):
-        words = f"static force loads contacts tangentially: {loaded}"
+        words = f"static force loads contacts whose law neglects it: {loaded}"
         warnings.warn(words, ValidityWarning, stacklevel=2)
     return found
 
 
 def loaded_by_friction(found: Preload) -> str | None:
-    """Whether contacts carry much by friction at rest, which the law forgets; and the reason."""
-    most = int(np.argmax(found.tangential_share))
-    share = found.tangential_share[most]
-    if share <= _LOADED:
+    """Return why a force at rest that the law neglects is large; None if it is small."""
+    neglected = np.where(np.isnan(found.normal_force), found.tangential_share, 0.0)
+    most = int(np.argmax(neglected))
+    if neglected[most] <= _LOADED:
         return None
     return (
-        f"the tangential force at contact {most} is {percentage(share)} of its friction limit, "
-        f"more than {percentage(_LOADED)}. The vibration is computed without this force. It "
-        "affects transients, and steady vibration under varying normal loads"
+        f"the force at contact {most} is {percentage(neglected[most])} of its friction limit, "
+        f"more than {percentage(_LOADED)}. Its law has no normal direction, and the vibration is "
+        "computed without this force. It affects transients and the mean normal forces"
     )
 
 
@@ -214,32 +216,38 @@ def _stiffness(elements: Elements) -> Floats:
 
 
 def _tangential_share(elements: Elements, f: Floats, N: Floats) -> Floats:
-    """|f_t| relative to the friction limit (contacts,); 0 where there is neither."""
+    """|T0 + f_t| relative to the friction limit (contacts,); 0 where there is neither."""
     share = np.zeros(len(elements.element))
     for k, element in enumerate(elements.element):
-        columns, limit = element["column"][:1], elements.limit[element["column"][0]]
+        force, limit = f[element["column"][:1]], elements.limit[element["column"][0]]
         if element["law"] != SLIDERS:
-            columns, limit = element["column"][: element["tangents"]], element["friction"] * N[k]
+            tangents, limit = element["tangents"], element["friction"] * N[k]
+            force = (element["tangential_preload"] + f[element["column"][:2]])[:tangents]
         if limit > 0.0:
-            share[k] = np.linalg.norm(f[columns]) / limit
+            share[k] = np.linalg.norm(force) / limit
     return share
 
 
-def _loaded(law: Elastic, N: Floats, gap: Floats) -> Elastic:
-    """The law with these normal forces and gaps (contacts,)."""
+def _loaded(law: Elastic, f: Floats, N: Floats, gap: Floats) -> Elastic:
+    """The law after changes f (N_c,) of its forces, with normal forces and gaps (contacts,)."""
     if isinstance(law, Contacts):
         groups, first = [], 0
         for each, columns in law.groups:
             count = len(each.elements(len(columns)).element)
             own = slice(first, first + count)
-            groups.append((_loaded_law(each, N[own], gap[own]), columns))
+            groups.append((_loaded_law(each, f[list(columns)], N[own], gap[own]), columns))
             first += count
         return Contacts(groups)
-    return law if isinstance(law, NoContacts) else _loaded_law(law, N, gap)
+    return law if isinstance(law, NoContacts) else _loaded_law(law, f, N, gap)
 
 
-def _loaded_law(law: ElasticLaw, N: Floats, gap: Floats) -> ElasticLaw:
+def _loaded_law(law: ElasticLaw, f: Floats, N: Floats, gap: Floats) -> ElasticLaw:
     if not isinstance(law, FrictionalContact):
         return law
-    loads, gaps = (tuple(np.where(each < SMALLEST, 0.0, each).tolist()) for each in (N, gap))
-    return replace(law, preload=loads, gap=gaps)
+    at_rest = law.elements(f.size).element["tangential_preload"][:, : law.tangents]
+    T = at_rest + f.reshape(N.size, -1)[:, :-1]
+    loads, gaps, pulls = (
+        tuple(np.where(np.abs(each) < SMALLEST, 0.0, each).tolist())
+        for each in (N, gap, T.ravel())
+    )
+    return replace(law, preload=loads, gap=gaps, tangential_preload=pulls)

@@ -50,6 +50,7 @@ typedef struct {
     int32_t tangents;              /* SM_FRICTIONAL: 1 or 2 tangential directions */
     double friction;               /* mu */
     double preload;                /* normal force at rest [N] */
+    double tangential_preload[2];  /* tangential force at rest, at most mu times the normal one [N] */
     double tangential_stiffness, normal_stiffness; /* [N/m] */
     double gap;                    /* normal displacement at which the contact closes [m] */
 } sm_element;

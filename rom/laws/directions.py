@@ -18,7 +18,7 @@ from slipmode.rom.structure.matrices import Matrix, as_dense
 _NAMES = ("tanh", "exact Coulomb", "Jenkins", "Iwan", "sliders in parallel", "frictional contact")
 _LAW_NAMES = dict(zip(LAWS.values(), _NAMES, strict=True))
 _UNITS = {
-    **dict.fromkeys(("limit", "preload", "force"), " N"),
+    **dict.fromkeys(("limit", "preload", "tangential_preload", "force"), " N"),
     **dict.fromkeys(("stiffness", "tangential_stiffness", "normal_stiffness"), " N/m"),
     **{"gap": " m", "alpha": " m/s"},
 }

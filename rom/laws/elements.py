@@ -40,7 +40,7 @@ class Elements:
 
     @property
     def limit(self) -> Floats:
-        """Force (N_c,) at which a contact at rest ceases to stick [N]."""
+        """Friction limit of a contact at rest, and its normal force (N_c,) [N]."""
         limit = np.zeros(self.reference.size)
         for element in self.element:
             if element["law"] == SLIDERS:

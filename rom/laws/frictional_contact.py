@@ -14,14 +14,16 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.elements import FRICTIONAL, Elements, checked, per_contact
 from slipmode.rom.short_repr import short_repr
 
+_ROUNDING = 1e-9  # of a tangential force at the friction limit, relative to it
+
 
 @dataclass(frozen=True)
 class FrictionalContact:
     """Describe an elastic contact with normal force, friction and lift-off.
 
-    The normal force is N = max(0, N0 + k_n (x_n - gap)). The tangential force is k_t (x_t - s), at
-    most mu N in magnitude. The contact is open where N = 0, and the slider s starts again at
-    touch-down.
+    The normal force is N = max(0, N0 + k_n (x_n - gap)). The tangential force is
+    T = T0 + k_t (x_t - s), at most mu N in magnitude. The contact is open where N = 0, and the
+    slider s starts again at touch-down. Displacements start from rest, where s = 0.
 
     Parameters
     ----------
@@ -37,6 +39,9 @@ class FrictionalContact:
         preload.
     tangents : {1, 2}, default 1
         Number of tangential directions of each contact. With two, the friction limit is a circle.
+    tangential_preload : float or sequence of float, default 0.0
+        Tangential force at rest T0 [N], at most mu N0 in magnitude, one value or one per
+        tangential direction of each contact. `rom.preload` computes it.
 
     Raises
     ------
@@ -55,6 +60,7 @@ class FrictionalContact:
     normal_stiffness: float | Sequence[float]
     gap: float | Sequence[float] = 0.0
     tangents: int = 1
+    tangential_preload: float | Sequence[float] = 0.0
 
     __repr__ = short_repr
 
@@ -64,6 +70,10 @@ class FrictionalContact:
         for name, unit in units.items():
             value = checked(name, getattr(self, name), unit, positive=unit == "[N/m]")
             object.__setattr__(self, name, value)
+        size = checked("tangential_preload", np.abs(self.tangential_preload).tolist(), "[N]")
+        given = np.where(size, self.tangential_preload, 0.0).tolist()
+        value = tuple(given) if isinstance(given, list) else given
+        object.__setattr__(self, "tangential_preload", value)
         if self.tangents not in (1, 2):
             raise SlipmodeError(f"tangents: must be 1 or 2, got {self.tangents}")
         loads, gaps = np.atleast_1d(self.preload), np.atleast_1d(self.gap)
@@ -163,6 +173,18 @@ class FrictionalContact:
         element["friction"] = per_contact("mu", self.mu, count)
         for name in ("preload", "tangential_stiffness", "normal_stiffness", "gap"):
             element[name] = per_contact(name, getattr(self, name), count)
+        tangential = per_contact(
+            "tangential_preload", self.tangential_preload, count * self.tangents
+        )
+        element["tangential_preload"][:, : self.tangents] = tangential.reshape(count, -1)
+        held = element["friction"] * element["preload"]
+        pulled = np.linalg.norm(element["tangential_preload"], axis=1)
+        if np.any(wrong := pulled > held * (1.0 + _ROUNDING)):
+            k = int(np.argmax(wrong))
+            raise SlipmodeError(
+                f"tangential_preload: must be at most mu times the preload, {held[k]:g} N at "
+                f"contact {k}; got {pulled[k]:g} N"
+            )
         closed = element["gap"] == 0.0
         reference = np.zeros((count, columns))
         reference[closed, :-1] = element["tangential_stiffness"][closed, np.newaxis]

@@ -1,8 +1,8 @@
 """States of elastic contacts at instants of a motion, and the energy in their springs.
 
 A frictional contact is open if its normal force would be negative, N0 + k_n (x_n - gap) <= 0, and
-slips if its tangential force reaches the limit, |f_t| >= mu N. Parallel Jenkins elements, as in
-the Iwan law, slip if all of them do (macro-slip).
+slips if its tangential force reaches the limit, |T0 + f_t| >= mu N. Parallel Jenkins elements, as
+in the Iwan law, slip if all of them do (macro-slip).
 """
 
 from __future__ import annotations
@@ -38,8 +38,8 @@ def contact_states(
 ) -> ContactStates:
     """Return the states at instants of a motion, x_c and f (n, N_c) [m], [N].
 
-    Along a normal f is N - N0, as in `Motion` and `FullMotion`. `scale`, (n,) or a number, is a
-    factor on limits and preloads.
+    Along a normal f is N - N0, tangentially T - T0, as in `Motion` and `FullMotion`. `scale`, (n,)
+    or a number, is a factor on limits and preloads.
     """
     shape = (len(displacement), len(elements.element))
     state = np.zeros(shape, dtype=np.int8)
@@ -55,7 +55,8 @@ def contact_states(
         pressed = preload + stiffness * (displacement[:, normal] - element["gap"])
         N = np.maximum(pressed, 0.0)
         held = element["friction"] * N
-        slips = np.linalg.norm(force[:, tangential], axis=1) >= held * _AT_LIMIT
+        at_rest = np.multiply.outer(scale, element["tangential_preload"][: len(tangential)])
+        slips = np.linalg.norm(at_rest + force[:, tangential], axis=1) >= held * _AT_LIMIT
         state[:, k] = np.where(pressed <= 0.0, OPEN, np.where(slips, SLIPPING, STUCK))
         normal_force[:, k], gap[:, k] = N, np.maximum(-pressed, 0.0) / stiffness
     return ContactStates(state, normal_force, gap)
@@ -75,7 +76,10 @@ def stored_energy(elements: Elements, displacement: Floats, force: Floats) -> Fl
             stored += 0.5 * f**2 / stiffness if alone else np.nan
             continue
         *tangential, normal = element["column"][: element["tangents"] + 1].tolist()
+        at_rest = element["tangential_preload"][: len(tangential)]
         stored += 0.5 * np.sum(force[:, tangential] ** 2, axis=1) / element["tangential_stiffness"]
+        stretch = force[:, tangential] / element["tangential_stiffness"]
+        stored += (stretch - displacement[:, tangential]) @ at_rest
         x, preload = displacement[:, normal], element["preload"]
         pressed = preload + element["normal_stiffness"] * (x - element["gap"])
         squares = np.maximum(pressed, 0.0) ** 2 - preload**2

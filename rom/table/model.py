@@ -39,7 +39,7 @@ from slipmode.rom.table.hermite import Table
 from slipmode.rom.table.model_content import check_arrays, check_contacts, check_header
 from slipmode.rom.validity import Finding, detuning_findings
 
-FORMAT = 30  # of the file; raised whenever tables computed before must not be used any more
+FORMAT = 31  # of the file; raised whenever tables computed before must not be used any more
 
 OPTIONAL_ARRAYS = ("force_patterns", "aerodynamics", "loss")
 TABLE_ARRAYS = ("rate_correction", "detuning")  # that not all tables have

@@ -212,7 +212,7 @@ def _at_rest(rest: Preload | None) -> list[Finding]:
     )
     found = [Finding("contacts at rest", states, pressed)]
     if reason := loaded_by_friction(rest):
-        found.append(Finding("static force", "loads contacts tangentially", reason, "warning"))
+        found.append(Finding("static force", "neglected at contacts", reason, "warning"))
     return found
 
 

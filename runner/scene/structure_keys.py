@@ -224,6 +224,9 @@ class ContactsTable:
     tangents
         Number of tangential directions of each contact, 1 or 2. The normal DOF is the last. Laws:
         `frictional`.
+    tangential_preload
+        Tangential force at rest, at most `mu` times `preload`, one number or one per tangential
+        direction of each contact. Laws: `frictional`.
     """
 
     law: Annotated[str, _ELASTIC]
@@ -240,6 +243,7 @@ class ContactsTable:
     normal_stiffness: Annotated[OneOrEach | None, POSITIVE, "N/m"] = None
     gap: Annotated[OneOrEach, NON_NEGATIVE, "m"] = _LAW["gap"]
     tangents: int = _LAW["tangents"]
+    tangential_preload: Annotated[OneOrEach, "N", Role.LIMIT] = _LAW["tangential_preload"]
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Harmonic balance of slider contacts under one tone, by alternating frequency and time.
+"""Harmonic balance of elastic contacts under one tone, by alternating frequency and time.
 
 x = Re(sum_h X_h exp(i h Omega t)), h = 0 .. H. Newton's method has the exact derivative of the
 sliders' motion. More harmonics state the error.
@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from oracles.system import Law, System
+from oracles.system import Frictional, Law, System
 
 HARMONICS, PER_HARMONIC = 15, 32  # samples per period of the last harmonic
 MOST_STEPS, RESIDUAL = 60, 1e-9
@@ -70,6 +70,33 @@ def contact_forces(system: System, c: np.ndarray) -> tuple[np.ndarray, np.ndarra
     return (back @ force).T, np.einsum("us,scv->cuv", back, slope)
 
 
+def frictional_forces(system: System, c: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the same of frictional contacts; a derivative of each force by all displacements."""
+    basis, back = _basis(c.shape[1] // 2)
+    names = ("mu", "preload", "tangential", "normal", "gap")
+    mu, preload, k, stiffness, gap = np.array(
+        [[getattr(law, name) for name in names] for law in system.laws]
+    ).T
+    x, x_n = (basis @ c.T).reshape(len(basis), -1, 2).transpose(2, 0, 1)
+    N = np.maximum(preload + stiffness * (x_n - gap), 0.0)
+    dN = np.where(N > 0.0, stiffness, 0.0)
+    low, high, turn = x - mu * N / k, x + mu * N / k, mu * dN / k
+    own = np.arange(len(mu))
+    s, ds = np.zeros_like(mu), np.zeros((2, len(mu), c.shape[1]))  # by x_t and by x_n
+    force, slope = np.zeros((len(x), *c.shape[:1])), np.zeros((len(x), len(c), *c.shape))
+    for _ in range(2):
+        for i, row in enumerate(basis):
+            moved = np.clip(s, low[i], high[i])
+            for sign, at in ((-1.0, moved > s), (1.0, moved < s)):
+                ds[0, at], ds[1, at] = row, sign * np.outer(turn[i], row)[at]
+            s = moved
+            force[i, ::2], force[i, 1::2] = k * (x[i] - s), N[i] - preload
+            slope[i, 2 * own, 2 * own] = k[:, np.newaxis] * (row - ds[0])
+            slope[i, 2 * own, 2 * own + 1] = -k[:, np.newaxis] * ds[1]
+            slope[i, 2 * own + 1, 2 * own + 1] = np.outer(dN[i], row)
+    return (back @ force).T, np.einsum("us,scdv->cudv", back, slope)
+
+
 def to_complex(c: np.ndarray) -> np.ndarray:
     """Return harmonics (H + 1, contacts) of unknowns (contacts, 2 H + 1)."""
     H = c.shape[1] // 2
@@ -103,9 +130,13 @@ def _stiffnesses(system: System, omega: float, damping: np.ndarray) -> np.ndarra
 
 def _equations(system: System, x: np.ndarray, S: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return S X + W f of unknowns (n, 2 H + 1), and its derivative."""
-    f, df = contact_forces(system, system.W.T @ x)
     linear = _blocks(S)
-    J = linear + np.einsum("ci,iab,di->cadb", system.W, df, system.W)
+    if isinstance(system.laws[0], Frictional):
+        f, df = frictional_forces(system, system.W.T @ x)
+        J = linear + np.einsum("ci,iajb,dj->cadb", system.W, df, system.W)
+    else:
+        f, df = contact_forces(system, system.W.T @ x)
+        J = linear + np.einsum("ci,iab,di->cadb", system.W, df, system.W)
     return np.einsum("cadb,db->ca", linear, x) + system.W @ f, J
 
 
@@ -154,14 +185,17 @@ def nonlinear_mode(
     start: NonlinearMode | None = None,
     harmonics: int = HARMONICS,
     alone: bool = False,
+    static: np.ndarray | None = None,
 ) -> NonlinearMode:
     """Return the damped nonlinear mode near `shape` (n,), |shape^T M X_1| = amplitude.
 
     Extended periodic motion (Krack 2015): M x'' + (C - 2 zeta omega M) x' + K x + W f = 0.
     `shape` has a modal mass of 1. Unknowns are X and omega, zeta; the phase has Im = 0. `alone`:
     the negative damping acts on the first harmonic of this mode only; the two differ where modes
-    respond at multiples of omega.
+    respond at multiples of omega. The sliders
+    march from 0 under a force `static` (n,) and the vibration.
     """
+    F = np.zeros(len(shape)) if static is None else static
     M, H, n = system.M, harmonics, len(shape)
     weight = shape @ M
     N = np.array((H + 1) * [M])
@@ -170,7 +204,7 @@ def nonlinear_mode(
     if start is None:
         omega = float(np.sqrt(shape @ system.stuck() @ shape))
         turn, X = float(shape @ system.C @ shape), np.zeros((H + 1, n), dtype=complex)
-        X[1] = amplitude * shape
+        X[0], X[1] = np.linalg.solve(system.stuck(), F), amplitude * shape
     else:
         omega, turn = start.omega, 2.0 * start.zeta * start.omega
         X = start.X * amplitude / abs(weight @ start.X[1])
@@ -180,6 +214,7 @@ def nonlinear_mode(
     def missing(y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         x, (omega, turn) = y[:-2].reshape(n, -1), y[-2:]
         r, J = _equations(system, x, _stiffnesses(system, omega, system.C - turn * N))
+        r[:, 0] -= F
         changes = (-2.0 * h**2 * omega * M + 1j * h * (system.C - turn * N), -1j * h * omega * N)
         slopes = [to_unknowns(np.einsum("hij,hj->hi", S, to_complex(x))) for S in changes]
         full = np.zeros((y.size, y.size))

@@ -82,9 +82,12 @@ def test_the_plate_turns_from_one_mode_to_the_other():
     np.testing.assert_allclose(np.array(peaks) / (2.0 * np.pi), expected, rtol=2e-3)
 
 
+MADE = ("lap-joint", "square-plate", "wedge-damper")
+
+
 @pytest.mark.parametrize(
     ("script", "name"),
-    [("meshed_blade", "blade"), ("lap_joint", "lap-joint"), ("square_plate", "square-plate")],
+    [("meshed_blade", "blade"), *((name.replace("-", "_"), name) for name in MADE)],
 )
 def test_scripts_make_the_matrices_of_shipped_scenes(script, name):
     """Up to rounding."""

@@ -64,8 +64,8 @@ def test_joined_bodies_move_as_one_and_bolts_are_in_balance(deck, lap):
 
 @pytest.mark.oracle
 def test_bolts_press_the_lap_and_friction_bends_its_backbone(example, lap):
-    with pytest.warns(rom.ValidityWarning, match="of its friction limit"):
-        rest = rom.preload(lap.structure, lap.law, lap.bolts)
+    rest = rom.preload(lap.structure, lap.law, lap.bolts)
+    assert rest.tangential_share.max() > 0.1
     assert rest.normal_force.sum() == pytest.approx(4000.0, rel=1e-6)
     reduced = rom.reduce(lap.structure, (example.A,), law=rest.law)
     _, omega, damping = example.backbone(reduced, rest.law, 2e-7, decades=1)
@@ -76,7 +76,7 @@ def test_bolts_press_the_lap_and_friction_bends_its_backbone(example, lap):
 
 @pytest.mark.oracle
 def test_the_scene_of_a_deck_runs(example, lap, tmp_path):
-    """It does not slip at this force: the answer of the stuck structure."""
+    """The answer of the stuck structure: contacts slip only where bolts load them to 90 %."""
     reduced = rom.reduce(lap.structure, (6,), law=lap.law)
     omega = reduced.frequency[0]
     path = example.write(lap, tmp_path, 0.98 * omega, force=0.1)
@@ -95,7 +95,8 @@ def test_the_scene_of_a_deck_runs(example, lap, tmp_path):
     assert len(moved) == 64
     # the rest, 1.0 %, is what the force does beside the mode
     np.testing.assert_allclose(seen.displacement[:, row, 2], moved, atol=0.02 * moved.max())
-    assert set(seen.state.ravel()) == {0}
+    share = rom.preload(lap.structure, lap.law, lap.bolts).tangential_share
+    assert set(seen.state[:, share < 0.9].ravel()) == {0}
     with pytest.raises(rom.SlipmodeError, match=r"^contacts: 11 are given, and 12 recorded"):
         runner.MeshMotion.of_recording(recording.mcap, *mesh, [shape], lap.pairs.nodes[1:])
 

@@ -14,9 +14,9 @@ from slipmode import rom
 from slipmode.runner import load_scene, shipped_scenes
 
 SHIPPED = ("beating", "blade", "bladed-disk", "force-step", "internal-resonance", "lap-joint")
-SHIPPED += ("one-mode", "sweep", "two-mode")
+SHIPPED += ("one-mode", "sweep", "two-mode", "wedge-damper")
 OF_ONE_TONE = {"mistuned-disk", "square-plate"}  # see scene/test_shared_tone.py, test_disk_runs.py
-SLOW = {"beating", "sweep", "blade"}
+SLOW = {"beating", "sweep", "blade", "wedge-damper"}
 
 
 def each(names):

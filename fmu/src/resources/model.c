@@ -15,7 +15,8 @@
 /* A row of contact_elements.npy: sm_element in doubles. */
 enum {
     ROW_LAW, ROW_COLUMN, ROW_FIRST_SLIDER = ROW_COLUMN + 3, ROW_SLIDERS, ROW_TANGENTS,
-    ROW_FRICTION, ROW_PRELOAD, ROW_TANGENTIAL_STIFFNESS, ROW_NORMAL_STIFFNESS, ROW_GAP, ROW_WIDTH
+    ROW_FRICTION, ROW_PRELOAD, ROW_TANGENTIAL_PRELOAD,
+    ROW_TANGENTIAL_STIFFNESS = ROW_TANGENTIAL_PRELOAD + 2, ROW_NORMAL_STIFFNESS, ROW_GAP, ROW_WIDTH
 };
 
 /* Extents of the arrays, set by `count`; END: there is no further dimension. */
@@ -253,6 +254,8 @@ static int set_elements(loader *l, fmu_model *model, const fmu_layout *shape) {
                                   .tangential_stiffness = row[ROW_TANGENTIAL_STIFFNESS],
                                   .normal_stiffness = row[ROW_NORMAL_STIFFNESS],
                                   .gap = row[ROW_GAP]};
+        memcpy(element[e].tangential_preload, row + ROW_TANGENTIAL_PRELOAD,
+               sizeof element[e].tangential_preload);
         memcpy(element[e].column, integer + ROW_COLUMN, sizeof element[e].column);
     }
     model->elastic.elements = shape->elements;

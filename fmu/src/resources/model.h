@@ -4,7 +4,7 @@
 
 #include "slipmode.h"
 
-#define FMU_FORMAT 13  /* of resources/; raised whenever older ones must be refused */
+#define FMU_FORMAT 14  /* of resources/; raised whenever older ones must be refused */
 #define FMU_REASON 256 /* bytes of a sentence that says what is wrong */
 #define FMU_STATES (3 * SM_MODES + 1)
 

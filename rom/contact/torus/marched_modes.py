@@ -23,6 +23,11 @@ from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.short_repr import frozen
 
 _DAMPING = 0.5  # zeta
+# Modes below this part of the carrier would take periods to come to rest, and hardly respond,
+_FAST = 0.7
+# except to the mean of forces that are not odd. Modes above _SLOWEST follow it, critically
+# damped: their free motion falls to a third within four periods.
+_SLOWEST = 0.05
 
 
 @frozen
@@ -53,15 +58,18 @@ class MarchedModes:
     def of(cls, reduced: Reduced, steps: int) -> MarchedModes:
         """With so many steps per period of mode A."""
         modes = len(reduced.modes)
-        # Slower modes would take periods to come to rest, and hardly respond.
-        fast = reduced.nonresonant_frequency >= 0.7 * reduced.carrier[0]
-        inertia, spring = reduced.nonresonant_inertia[fast], reduced.nonresonant_spring[fast]
-        omega = np.append(reduced.frequency, reduced.nonresonant_frequency[fast])
+        slowest = (_SLOWEST if reduced.even else _FAST) * reduced.carrier[0]
+        chosen = reduced.nonresonant_frequency >= slowest
+        inertia, spring = reduced.nonresonant_inertia[chosen], reduced.nonresonant_spring[chosen]
+        omega = np.append(reduced.frequency, reduced.nonresonant_frequency[chosen])
         drawn = np.vstack((-reduced.spring, omega[modes:, np.newaxis] ** 2 * inertia - spring))
         # Retained modes are marched too. At its own carrier a mode does not respond, its slow flow
         # does: what the march has of it there is taken back, and must not be a resonance.
         zeta = np.repeat((1.0, _DAMPING), (modes, omega.size - modes))
-        damping = 2.0 * zeta * np.maximum(omega, reduced.carrier[0])
+        slow = np.arange(omega.size) >= modes
+        slow &= omega < _FAST * reduced.carrier[0]
+        scale = np.where(slow, omega / _DAMPING, np.maximum(omega, reduced.carrier[0]))
+        damping = 2.0 * zeta * scale
         step = 2.0 * np.pi / reduced.carrier[0] / steps
         # displacement, velocity, force and its rate
         system = np.zeros((omega.size, 4, 4))

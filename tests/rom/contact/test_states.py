@@ -32,6 +32,11 @@ CASES = {
         *(PLANE, np.zeros((2, 3)), [[0.8, 0.6, 0.0], [0.8, 0.5, 0.0]], 1.0),
         *([SLIPPING, STUCK], [2.0, 2.0], [0.0, 0.0]),
     ),
+    "loaded and scaled": (
+        *(rom.FrictionalContact(0.5, 2.0, 10.0, 4.0, 0.0, 2, (0.6, 0.0)), np.zeros((3, 3))),
+        *([[0.8, 0.0, 0.0], [0.7, 0.0, 0.0], [-2.5, 0.0, 0.0]], np.full(3, 2.0)),
+        *([SLIPPING, STUCK, STUCK], [4.0] * 3, [0.0] * 3),
+    ),
     "sliders": (
         *(SLIDERS, np.zeros((3, 1)), [[2.9], [3.0], [-3.0]], 1.0),
         *([STUCK, SLIPPING, SLIPPING], 3 * [np.nan], 3 * [np.nan]),

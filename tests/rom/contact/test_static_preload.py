@@ -163,12 +163,14 @@ def shaken(law, force, times):
 
 
 @pytest.mark.oracle
-def test_what_vibrates_about_it_is_the_structure_with_the_law_it_returns():
-    """Contacts slip, open and touch down; the load pulls across, so friction holds none of it."""
-    found = quiet(beam(), CLEARANCE, STATIC)
-    assert not found.tangential_share.any()
+@pytest.mark.parametrize("pull", [0.0, 3.0])
+def test_what_vibrates_about_it_is_the_structure_with_the_law_it_returns(pull):
+    """Contacts slip, open and touch down, whether friction holds a part of the load or none."""
+    static = STATIC + at_tip(pull, 0.0)
+    found = rom.preload(beam(), CLEARANCE, static)
+    assert (found.tangential_share.max() > 0.2) == (pull > 0.0)
     force = at_tip(18.0, 0.6)
-    t, x = loaded(CLEARANCE, force, STATIC, OMEGA, 15.0, 15000, found)
+    t, x = loaded(CLEARANCE, force, static, OMEGA, 15.0, 15000, found)
     about = shaken(found.law, force, t[::50])
     off = x[::50] - found.displacement - about.displacement
     assert np.linalg.norm(off) < 1e-3 * np.linalg.norm(about.displacement)
@@ -177,19 +179,30 @@ def test_what_vibrates_about_it_is_the_structure_with_the_law_it_returns():
 
 
 @pytest.mark.oracle
-def test_steady_motion_under_constant_normal_forces_forgets_what_friction_holds_at_rest():
-    """All but a constant displacement: the contacts shake down along the beam."""
-    static, force = STATIC + at_tip(3.0, 0.0), at_tip(200.0, 0.0)
-    with pytest.warns(rom.ValidityWarning, match=r"force at contact \d is \d+ % of its friction"):
-        found = rom.preload(beam(), CLEARANCE, static)
-    assert found.tangential_share.max() > 0.2
-    period, steps = 2.0 * np.pi / OMEGA, 61 * 512
-    t, x = loaded(CLEARANCE, force, static, OMEGA, 61 * period, steps, found)
-    last = np.arange(60 * 512 - 1, steps - 1, 16)
-    about = shaken(found.law, force, t[last]).displacement
-    off = x[last] - x[last].mean(axis=0) - about + about.mean(axis=0)
-    assert np.linalg.norm(off) < 1e-3 * np.linalg.norm(about)
-    assert np.abs(x[last].mean(axis=0) - found.displacement).max() > 1e-4
+@pytest.mark.parametrize("tangents", [1, 2])
+def test_the_law_about_it_is_the_whole_law_from_the_equilibrium(tangents):
+    """Along a path on which contacts stick, slip, open and touch down."""
+    law = replace(SURFACE, mu=0.5, tangents=tangents)
+    at_rest = np.array([0.02, -0.05, 0.03])[-tangents - 1 :]
+    path = np.random.default_rng(5).normal(0.0, 0.05, (200, tangents + 1)).cumsum(axis=0)
+    whole = law.elements(tangents + 1)
+    rest, memory = whole.march(at_rest[np.newaxis])
+    forces, _ = whole.march(at_rest + path, memory)
+    about = replace(law, preload=rest[0, -1], tangential_preload=rest[0, :-1])
+    found, _ = about.elements(tangents + 1).march(path)
+    np.testing.assert_allclose(found, forces - rest, atol=1e-9)
+    assert (forces[:, -1] == 0.0).any()
+    assert (forces[:, -1] > 0.0).any()
+
+
+def test_only_forces_at_rest_without_a_normal_direction_are_neglected():
+    """A block that a Jenkins element holds, beside a contact that presses on it."""
+    law = rom.Contacts([(SURFACE, (0, 1)), (rom.Jenkins(1.0, 30.0), (2,))])
+    body = rom.Structure(np.eye(3), 10.0 * np.eye(3), 0.01, contact=np.eye(3))
+    with pytest.warns(rom.ValidityWarning, match=r"force at contact 1 is 75 % of its friction"):
+        found = rom.preload(body, law, [1.0, 2.0, 1.0])
+    slips = MU * 2.0 * K_N / (10.0 + K_N)
+    assert found.law.groups[0][0].tangential_preload == pytest.approx((slips,))
 
 
 @pytest.mark.oracle
@@ -219,6 +232,12 @@ REFUSED = [
     (stack(), SURFACE, -bolt(0.0, 1.0), "static_force: no equilibrium was found"),
     (stack(), SURFACE, {1: 1.0}, "static_force: excites a rigid-body mode"),
 ]
+
+
+def test_refuses_a_tangential_preload_above_the_friction_limit():
+    law = replace(SURFACE, preload=2.0, tangential_preload=-0.7)
+    with pytest.raises(rom.SlipmodeError, match=r"mu times the preload, 0.6 N at contact 0; got"):
+        law.elements(2)
 
 
 @pytest.mark.parametrize(("structure", "law", "force", "message"), REFUSED)

@@ -1,5 +1,5 @@
 /* Coulomb friction on an elastic surface that may open:
- * N = N0 + k_n (x_n - gap) >= 0, |f_t| <= mu N.
+ * N = N0 + k_n (x_n - gap) >= 0, |f_t| <= mu N, f_t = T0 + k_t (x_t - s).
  *
  * The return map is exact for a straight path from the previous displacements to x, with N linear
  * along it: second order in its length. The memory holds the sliders s, then the displacements.
@@ -111,9 +111,10 @@ static void slide_within(path *p) {
     p->unmoved = 0;
 }
 
-/* Returns the path of a contact that is closed at its end, from normal force N_old to N. */
-static path path_of(const sm_element *element, const double *x, const double *memory, double N,
-                    double N_old) {
+/* Returns the path of a contact that is closed at its end, from normal force N_old to N. `at_rest`
+ * is e at rest. */
+static path path_of(const sm_element *element, const double *at_rest, const double *x,
+                    const double *memory, double N, double N_old) {
     const double *x_old = memory + element->tangents;
     const double per_load = element->friction / element->tangential_stiffness;
     path p = {.tangents = element->tangents,
@@ -133,8 +134,8 @@ static path path_of(const sm_element *element, const double *x, const double *me
         p.path[k] = sm_dual_mul(closed, moved);
         p.trial[k] = p.path[k];
         if (N_old < 0.0) continue;
-        p.stretch[k] = x_old[k] - memory[k];
-        p.trial[k].value = x[k] - memory[k];
+        p.stretch[k] = at_rest[k] + x_old[k] - memory[k];
+        p.trial[k].value = at_rest[k] + x[k] - memory[k];
     }
     if (p.tangents == 2 && p.unmoved) slide_within(&p);
     return p;
@@ -147,17 +148,23 @@ void sm_frictional_evaluate(const sm_element *element, double scale, const doubl
     const double preload = scale * element->preload, k_n = element->normal_stiffness;
     const double N = preload + k_n * (x[normal] - element->gap);
     *result = (sm_element_force){.next = next};
+    double at_rest[2] = {0.0};
+    for (int k = 0; k < tangents; k++)
+        at_rest[k] = scale * element->tangential_preload[k] / element->tangential_stiffness;
     if (N <= 0.0) {
         result->force[normal] = -preload;
         result->state = SM_OPEN;
-        memcpy(next, x, (size_t)tangents * sizeof(double));
+        for (int k = 0; k < tangents; k++) {
+            result->force[k] = -scale * element->tangential_preload[k];
+            next[k] = at_rest[k] + x[k];
+        }
         memcpy(next + tangents, x, (size_t)(tangents + 1) * sizeof(double));
         return;
     }
     result->force[normal] = N - preload;
     result->tangent[normal][normal] = k_n;
     const double N_old = preload + k_n * (memory[tangents + normal] - element->gap);
-    const path p = path_of(element, x, memory, N, N_old);
+    const path p = path_of(element, at_rest, x, memory, N, N_old);
     double square = 0.0;
     for (int k = 0; k < tangents; k++) square += p.trial[k].value * p.trial[k].value;
     result->state = square <= p.rho[1] * p.rho[1] ? SM_STICK : SM_SLIP;
@@ -170,10 +177,10 @@ void sm_frictional_evaluate(const sm_element *element, double scale, const doubl
         for (int k = 0; k < tangents; k++) e[k] = sm_dual_mul(rho, e[k]);
     }
     for (int k = 0; k < tangents; k++) {
-        result->force[k] = element->tangential_stiffness * e[k].value;
+        result->force[k] = element->tangential_stiffness * (e[k].value - at_rest[k]);
         for (int j = 0; j <= tangents; j++)
             result->tangent[k][j] = element->tangential_stiffness * e[k].slope[j];
-        if (result->state == SM_SLIP || !p.unmoved) next[k] = x[k] - e[k].value;
+        if (result->state == SM_SLIP || !p.unmoved) next[k] = at_rest[k] + x[k] - e[k].value;
         else next[k] = memory[k];
     }
     memcpy(next + tangents, x, (size_t)(tangents + 1) * sizeof(double));

@@ -65,7 +65,8 @@ static sm_status check_sliders(const sm_elastic *elastic, const sm_element *elem
 /* Checks the parameters of a frictional contact. */
 static sm_status check_frictional(const sm_element *element) {
     const double values[] = {element->friction, element->preload, element->gap,
-                             element->tangential_stiffness, element->normal_stiffness};
+                             element->tangential_stiffness, element->normal_stiffness,
+                             element->tangential_preload[0], element->tangential_preload[1]};
     if (element->tangents < 1 || element->tangents > 2) return SM_BAD_ARGUMENT;
     if (!sm_all_finite(values, sizeof values / sizeof *values)) return SM_NOT_FINITE;
     return element->friction >= 0.0 && element->preload >= 0.0 && element->gap >= 0.0 &&

@@ -1,8 +1,9 @@
 /* Elastic contact laws as return maps: f = law(x, memory), and the tangent df/dx.
  *
  * A slider of stiffness k at position s has the force k (x - s) up to its limit; beyond, it follows
- * x. The memory holds the positions s of the sliders; if the limit varies, also the displacements
- * of the previous step. The reference stiffness is the stiffness of a sticking contact. solve.c and
+ * x. The memory holds the positions s of the sliders since rest; if the limit varies, also the
+ * displacements of the previous step. Forces are changes since rest, where a frictional contact has
+ * its preloads. The reference stiffness is the stiffness of a sticking contact. solve.c and
  * sm_elastic_force evaluate the laws.
  */
 #ifndef SLIPMODE_ELASTIC_LAW_H

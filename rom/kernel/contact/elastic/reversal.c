@@ -2,8 +2,7 @@
 
 #include "base/check.h"
 
-/* Returns how far the parabola through three points rises above z[1], if this is the highest. */
-static double rise(const double z[3]) {
+double sm_rise(const double z[3]) {
     const double bend = 2.0 * z[1] - z[0] - z[2], slope = z[2] - z[0];
     return z[1] > z[0] && z[1] > z[2] ? slope * slope / (8.0 * bend) : 0.0;
 }
@@ -28,7 +27,7 @@ static void reverse_sliders(const sm_elastic *elastic, const sm_element *element
     }
     if (stiffness == 0.0) return;
     for (int k = 0; k < 3; k++) z[k] = direction * r->z[k][i];
-    const double further = direction * rise(z) / (1.0 - r->compliance[i] * stiffness);
+    const double further = direction * sm_rise(z) / (1.0 - r->compliance[i] * stiffness);
     for (int k = 0; k < element->sliders; k++)
         if (slides(slider[2 * k + 1] * (r->x[i] - memory[k]), slider[2 * k])) memory[k] += further;
     if (!r->now) return;
@@ -39,7 +38,8 @@ static void reverse_sliders(const sm_elastic *elastic, const sm_element *element
 /* Moves the slider of a frictional contact that turned back, relative to its varying limit. */
 static void reverse_frictional(const sm_element *element, const sm_reversal *r, double *memory) {
     const int32_t i = element->column[0], normal = element->column[1];
-    const double stretch = r->x[i] - memory[0], direction = copysign(1.0, stretch);
+    const double at_rest = element->tangential_preload[0] / element->tangential_stiffness;
+    const double stretch = at_rest + r->x[i] - memory[0], direction = copysign(1.0, stretch);
     double limit[3], z[3];
     for (int k = 0; k < 3; k++) {
         const double N = element->preload
@@ -48,7 +48,7 @@ static void reverse_frictional(const sm_element *element, const sm_reversal *r, 
         limit[k] = element->friction / element->tangential_stiffness * N;
         z[k] = direction * r->z[k][i] - limit[k];
     }
-    if (slides(stretch, limit[1])) memory[0] += direction * rise(z);
+    if (slides(stretch, limit[1])) memory[0] += direction * sm_rise(z);
 }
 
 void sm_elastic_reverse(const sm_elastic *elastic, const sm_reversal *reversal, double *memory) {

@@ -18,6 +18,9 @@ typedef struct {
                                  means over the steps; NULL: not wanted */
 } sm_reversal;
 
+/* Returns how far the parabola through three points rises above z[1], if this is the highest. */
+double sm_rise(const double z[3]);
+
 /* Moves the sliders in `memory`, at the last step, that turned back at the middle one. Friction in
  * two directions stays: its sliders change their direction and never stop. */
 void sm_elastic_reverse(const sm_elastic *elastic, const sm_reversal *reversal, double *memory);

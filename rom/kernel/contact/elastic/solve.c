@@ -55,6 +55,8 @@ void sm_elastic_solver_place(sm_elastic_solver *s, const sm_elastic *elastic, in
         s->slides &= element->law == SM_SLIDERS;
         if (element->law == SM_FRICTIONAL) {
             s->closure = larger(s->closure, element->preload / element->normal_stiffness);
+            const double pulled = largest(0.0, element->tangential_preload, 2);
+            s->closure = larger(s->closure, pulled / element->tangential_stiffness);
             s->gap = larger(s->gap, element->gap);
         }
         for (int k = 0; k < sm_element_columns(element); k++) s->owner[element->column[k]] = e;

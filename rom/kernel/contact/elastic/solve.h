@@ -23,7 +23,7 @@ typedef struct {
     double scale;              /* of limits and preloads */
     double resolved;           /* displacement that the tolerance refers to at least [m] */
     int slides;                /* whether all elements are sliders */
-    double closure, gap;       /* largest static closure by a preload, largest gap [m] */
+    double closure, gap;       /* largest static stretch by a preload, largest gap [m] */
     size_t remembered;         /* doubles that the contacts remember */
     double *f, *y, *next;      /* (N_c), (N_c), (memory) at the solution */
     int32_t *state;            /* (elements) sm_contact_state at the solution */

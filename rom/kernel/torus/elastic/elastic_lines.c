@@ -119,6 +119,7 @@ static sm_status step_line(sm_elastic_lines *e, size_t p, const double *u, doubl
     memcpy(memory, e->solver.next, e->memory_size * sizeof(double));
     for (size_t i = 0; i < n; i++) e->own_stuck_x[i] = x[i] - e->compliance[i] * e->solver.y[i];
     if (e->slipped[p]) reverse(e, p);
+    sm_bound_sliders(e, p, x);
     e->slipped[p] = e->solver.yielding > 0;
     memcpy(e->stuck_x[1] + at, e->stuck_x[0] + at, n * sizeof(double));
     memcpy(e->stuck_x[0] + at, e->own_stuck_x, n * sizeof(double));
@@ -163,6 +164,7 @@ static void turn(sm_elastic_lines *e) {
     sm_phases_turn(&e->lines.phases, e->half ? 0.5 * (e->lines.ratio - 1.0) : e->lines.ratio);
     e->turned = (e->turned + e->shift) % lines;
     if (e->half || e->shift > 0) sm_carry_sliders_over(e);
+    sm_place_stuck_sliders(e);
     if (!e->half) return;
     negate(e->history, SM_HISTORIES * e->lines.contacts * lines);
     negate(e->memory, lines * e->memory_size);
@@ -179,6 +181,8 @@ static sm_status march_period(sm_march *m) {
     sm_elastic_lines_displace(e, amplitude, m->response);
     sm_phase_lines_clear(&e->lines);
     memset(e->square, 0, n * sizeof(double));
+    for (size_t k = 0; k < 2 * (size_t)e->contact->elastic->elements; k++)
+        e->bounds[k] = -INFINITY;
     memcpy(e->memory_at_start, e->memory, e->lines.lines * e->memory_size * sizeof(double));
     for (size_t k = 0; k < steps; k += SM_TOGETHER) {
         const size_t left = steps - k;
@@ -214,6 +218,8 @@ static void place(sm_elastic_lines *e, sm_block *block) {
     e->slipped = (void *)sm_take(block, sm_doubles(lines * sizeof(int32_t)));
     e->memory = sm_take(block, lines * e->memory_size);
     e->memory_at_start = sm_take(block, lines * e->memory_size);
+    e->bounds = sm_take(block, 2 * (size_t)contact->elastic->elements);
+    e->last_bounds = sm_take(block, 4 * (size_t)contact->elastic->elements * lines);
     double **rows[] = {&e->compliance, &e->x_before,       &e->own_u, &e->own_stuck_x,
                        &e->own_y,  &e->own_correction, &e->square};
     for (size_t k = 0; k < sizeof rows / sizeof *rows; k++) *rows[k] = sm_take(block, n);

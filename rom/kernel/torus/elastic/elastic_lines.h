@@ -28,6 +28,8 @@ typedef struct {
     int32_t *slipped;        /* (lines) whether a contact slipped or was open at the last step */
     size_t memory_size;      /* doubles that the contacts of a line remember */
     double *memory, *memory_at_start; /* (lines, memory_size) now, and at the start of the period */
+    double *bounds;          /* (elements, 2) low, - high, of sliders that stick for the whole period */
+    double *last_bounds;     /* (lines, elements, 2, 2) at the last two steps */
     double *x_before, *own_u, *own_stuck_x, *own_y, *own_correction; /* (N_c) of a line in a step */
     double *square;          /* (N_c) sum of y^2 */
     double *Y;               /* (orders, N_c, 2) harmonics of y */
@@ -48,6 +50,13 @@ void sm_elastic_lines_displace(sm_elastic_lines *e, const double *amplitude, con
  * harmonics. */
 sm_status sm_elastic_lines_step(sm_elastic_lines *e, size_t first, size_t count, double weight);
 
+/* Updates the bounds between which a slider sticks for the whole period, for displacements x (N_c)
+ * of line p. */
+void sm_bound_sliders(sm_elastic_lines *e, size_t p, const double *x);
+/* Ends a period. The position of a slider that can stick is not unique: it depends on the history
+ * of the motion. Sliders of contacts with a varying normal force move from rest only as far as they
+ * must, as under vibration that grows slowly. */
+void sm_place_stuck_sliders(sm_elastic_lines *e);
 /* Ends a period of closed phase lines. A slider that has not moved on a line continues from the
  * last earlier line on which it has. If it moved on none, its position is arbitrary: it continues
  * from the mean of all lines, which is 0 for odd motion. */

@@ -44,6 +44,30 @@ void sm_marched_begin(sm_marched *m, const sm_phase_lines *lines, const double *
         }
 }
 
+/* Returns the displacement of a mode per constant force. */
+static double static_displacement(const double *advance) {
+    return (advance[2] + advance[3]) / (1.0 - advance[0]);
+}
+
+double sm_marched_flexibility(const sm_marched *m, size_t i, size_t j) {
+    double sum = 0.0;
+    for (size_t k = 0; k < m->modes; k++) {
+        const double *advance = m->response->advance + ENTRIES * k;
+        const double *drawn = m->response->projection + k * m->contacts;
+        sum += drawn[i] * drawn[j] * (static_displacement(advance) - advance[3]);
+    }
+    return sum;
+}
+
+void sm_marched_shift(sm_marched *m, size_t p, size_t i, double y) {
+    for (size_t k = 0; k < m->modes; k++) {
+        const double g = m->response->projection[k * m->contacts + i] * y;
+        double *s = m->state + 3 * k * m->stride + p;
+        s[0] += static_displacement(m->response->advance + ENTRIES * k) * g;
+        s[2 * m->stride] += g;
+    }
+}
+
 SM_HOT void sm_marched_displace(const sm_marched *m, double *u) {
     for (size_t k = 0; k < m->modes; k++)
         for (size_t first = 0; first < m->stride; first += WIDTH) {

@@ -37,5 +37,10 @@ void sm_marched_begin(sm_marched *m, const sm_phase_lines *lines, const double *
 void sm_marched_displace(const sm_marched *m, double *u);
 /* Advances the modes to the end of the step, where the force deficit is y (N_c, stride). */
 void sm_marched_advance(sm_marched *m, const double *y);
+/* Returns the displacement of contact i per constant force deficit of contact j, without the
+ * flexibility within a step [m/N]. */
+double sm_marched_flexibility(const sm_marched *m, size_t i, size_t j);
+/* Moves the modes on line p as far as a constant force deficit `y` of contact i moves them. */
+void sm_marched_shift(sm_marched *m, size_t p, size_t i, double y);
 
 #endif
