@@ -15,6 +15,8 @@
 /* Largest number of steps of a period and of nodes of a table, and largest order of a harmonic: no
  * grid resolves more. */
 #define SM_MOST 65536
+/* Largest number of displacements in the outputs: sizes of arrays do not overflow. */
+#define SM_MOST_OUTPUTS 1000000
 
 /* Returns whether no value is NaN or infinite. */
 static inline int sm_all_finite(const double *values, size_t count) {
