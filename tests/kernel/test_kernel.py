@@ -1,4 +1,4 @@
-"""The C core with the address and undefined-behaviour sanitizers, under the calls that Python makes."""
+"""The C core under the address and undefined-behaviour sanitizers, in calls from Python."""
 
 import os
 import shutil

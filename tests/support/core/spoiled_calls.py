@@ -189,7 +189,7 @@ def step(component, **inputs):
 
 def moved(model, forces):
     """Fast motion, marched and by sums of harmonics, of amplitudes that grow."""
-    modes, ones = model.modes, np.ones((1, model.modes))
+    ones = np.ones((1, model.modes))
     slow = rom.SlowTrajectory(
         time=np.array([0.0, 20.0]),
         amplitude=np.outer([0.5, 1.0], 0.5 * model.table.amplitude_range + 0j),
