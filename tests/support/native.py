@@ -1,6 +1,6 @@
-"""The C core, the C of an FMU, and the drivers that check both, under the sanitizers.
+"""The C core and the C of an FMU with the sanitizers, as a library and as a program.
 
-Each source is compiled once for both drivers, and again only when it or a header has changed: the
+Each source is compiled once for both, and again only when it or a header has changed: the
 objects are kept in pytest's cache.
 """
 
@@ -8,15 +8,18 @@ import hashlib
 import os
 import shutil
 import subprocess
+from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from subprocess import CompletedProcess
 
 import pytest
+
+from slipmode.rom.kernel.structures import HEADERS
 
 TESTS = Path(__file__).parents[1]
 CORE = TESTS.parent / "rom" / "kernel"
 FACE = TESTS.parent / "fmu" / "src"
-DRIVER_ROOMS = [TESTS / "kernel" / room for room in ("driver", "contact", "full", "slow")]
 WARNINGS = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic")
 SANITIZERS = (
     *("-g1", "-O1", "-fno-omit-frame-pointer"),
@@ -25,11 +28,13 @@ SANITIZERS = (
 # What makes the core fast, one body for each number of lanes, would take minutes to instrument.
 NOT_INLINED = ("-fno-inline", "-Dalways_inline=unused")
 OPENMP_SIMD = ("-fopenmp-simd", "-DSM_OPENMP_SIMD")
-FAIL_TO_ALLOCATE = "-Dcalloc=sm_test_calloc"  # lets a driver say when memory runs out
+# A test says when memory runs out, and counts what is not freed.
+ALLOCATE = ("-Dcalloc=sm_test_calloc", "-Dfree=sm_test_free")
+ALLOCATION = TESTS / "support" / "core" / "allocation.c"
 
 
-def run(*command: str | Path) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(command, capture_output=True, text=True, check=False)
+def run(*command: str | Path, env: Mapping[str, str] | None = None) -> CompletedProcess[str]:
+    return subprocess.run(command, capture_output=True, text=True, check=False, env=env)
 
 
 def compile_all(
@@ -67,10 +72,10 @@ def _compiles(compiler: str, folder: Path, *flags: str) -> bool:
 
 
 @pytest.fixture(scope="session")
-def drivers(
+def sanitized(
     request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
 ) -> dict[str, Path]:
-    """{"kernel": program, "fmu": program}."""
+    """{"core": shared library, "fmu": program}."""
     compiler, folder = shutil.which("cc"), tmp_path_factory.mktemp("native")
     if compiler is None:
         pytest.skip("no C compiler (cc)")
@@ -79,31 +84,26 @@ def drivers(
     cache = getattr(request.config, "cache", None)
     kept = cache.mkdir("native") if cache else folder
     simd = OPENMP_SIMD if _compiles(compiler, folder, *OPENMP_SIMD) else ()
-    flags = (*WARNINGS, *SANITIZERS, *NOT_INLINED, *simd)
+    flags = (*WARNINGS, *SANITIZERS, *NOT_INLINED, *simd, "-fPIC")
 
     core = sorted(CORE.rglob("*.c"))
     face = sorted(path for path in FACE.rglob("*.c") if path.parent.name != "browser")
-    own = {
-        "kernel": [path for room in DRIVER_ROOMS for path in sorted(room.glob("*.c"))],
-        "fmu": sorted((TESTS / "fmu" / "native").glob("*.c")),
-    }
-    drivers = [f"-I{room}" for room in DRIVER_ROOMS]
+    own = sorted((TESTS / "fmu" / "native").glob("*.c"))
+    read = "".join(hashlib.sha256(path.read_bytes()).hexdigest() for path in HEADERS)
     fmi_headers = Path(pytest.importorskip("fmpy").__file__).parent / "c-code"
     through = (*flags, f"-I{FACE}", f"-I{CORE}", f"-isystem{fmi_headers}")
-    commands = dict.fromkeys(core, (*flags, f"-I{CORE}", FAIL_TO_ALLOCATE))
-    commands |= dict.fromkeys(own["kernel"], (*flags, f"-I{CORE}", *drivers))
-    commands |= dict.fromkeys((*face, *own["fmu"]), through)
+    made_of = (*flags, f"-I{CORE}", *ALLOCATE)
+    commands = dict.fromkeys(core, made_of) | {ALLOCATION: flags}
+    commands[CORE / "base" / "message.c"] = (*made_of, f'-DSM_HEADERS="{read}"')
+    commands |= dict.fromkeys((*face, *own), through)
     objects = compile_all(compiler, kept, commands)
 
-    allocation = TESTS / "kernel" / "driver" / "allocation.c"
-    parts = {
-        "kernel": (*core, *own["kernel"]),
-        "fmu": (*core, *face, *own["fmu"], allocation),
-    }
-    programs = {}
+    parts = {"core": (*core, ALLOCATION), "fmu": (*core, *face, *own, ALLOCATION)}
+    made = {}
     for name, sources in parts.items():
-        programs[name] = folder / name
+        made[name] = folder / name
+        shared = ("-shared",) if name == "core" else ()
         linked = [objects[source] for source in sources]
-        result = run(compiler, *SANITIZERS, *linked, "-lm", "-pthread", "-o", programs[name])
+        result = run(compiler, *SANITIZERS, *shared, *linked, "-lm", "-pthread", "-o", made[name])
         assert result.returncode == 0, result.stderr
-    return programs
+    return made

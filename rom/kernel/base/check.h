@@ -23,6 +23,8 @@
 /* Largest number of steps of a period and of nodes of a table, and largest order of a harmonic: no
  * grid resolves more. */
 #define SM_MOST 65536
+/* Largest number of displacements in the outputs: sizes of arrays do not overflow. */
+#define SM_MOST_OUTPUTS 1000000
 
 /* Returns from the calling function with the status of a call, unless it is SM_OK. */
 #define SM_TRY(call)                              \

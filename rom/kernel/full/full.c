@@ -23,7 +23,8 @@ static sm_status check_sizes(const sm_full *full) {
     /* (n, n) matrices fit the memory of a workstation */
     if (!full || full->coordinates < 1 || full->coordinates > 16384) return SM_BAD_ARGUMENT;
     if (full->contacts < 1 || full->contacts > full->coordinates) return SM_BAD_ARGUMENT;
-    if (full->modes < 1 || full->modes > SM_MODES || full->outputs < 0) return SM_BAD_ARGUMENT;
+    if (full->modes < 1 || full->modes > SM_MODES) return SM_BAD_ARGUMENT;
+    if (full->outputs < 0 || full->outputs > SM_MOST_OUTPUTS) return SM_BAD_ARGUMENT;
     if (!full->stiffness || !full->damping || !full->directions || !full->patterns ||
         !full->inverse || (full->outputs > 0 && !full->output))
         return SM_BAD_ARGUMENT;

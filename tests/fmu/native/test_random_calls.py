@@ -36,25 +36,25 @@ def resources(request, tmp_path_factory):
     return unpacked(path, folder / "FMU") / "resources"
 
 
-def sequences(drivers, resources, count, seed, *what):
+def sequences(sanitized, resources, count, seed, *what):
     token = (resources / "token.txt").read_text()
-    done = run(drivers["fmu"], f"{resources}/", token, str(count), str(seed), *what)
+    done = run(sanitized["fmu"], f"{resources}/", token, str(count), str(seed), *what)
     assert done.returncode == 0, done.stderr
     assert done.stdout.startswith(f"{count} sequences")
 
 
 def test_calls_in_any_order_have_the_right_status_and_refused_ones_leave_no_trace(
-    drivers, resources
+    sanitized, resources
 ):
     """Also: no crash, no leak, no value that is NaN or infinite, a logged reason."""
-    sequences(drivers, resources, FEW, 1)
+    sequences(sanitized, resources, FEW, 1)
 
 
-def test_resources_with_random_damage_are_refused(drivers, resources, tmp_path):
-    sequences(drivers, shutil.copytree(resources, tmp_path / "resources"), FEW, 1, "damage")
+def test_resources_with_random_damage_are_refused(sanitized, resources, tmp_path):
+    sequences(sanitized, shutil.copytree(resources, tmp_path / "resources"), FEW, 1, "damage")
 
 
 @pytest.mark.slow
-def test_many_random_sequences_of_calls(drivers, resources):
+def test_many_random_sequences_of_calls(sanitized, resources):
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        list(pool.map(lambda k: sequences(drivers, resources, MANY // 20, k), range(100, 110)))
+        list(pool.map(lambda k: sequences(sanitized, resources, MANY // 20, k), range(100, 110)))

@@ -83,3 +83,35 @@ def test_directions_of_a_contact_are_a_frame_in_any_coordinates(recwarn):
     ):
         with pytest.warns(rom.ValidityWarning, match=f"contacts: contact DOFs {message} "):
             reduced(SURFACE, skewed)
+
+
+# Friction in two directions, as a return map: paths in closed form
+
+
+def path(x, tangents, preload):
+    law = FrictionalContact(0.5, preload, 3.0, 2.0, tangents=tangents)
+    return law.elements(tangents + 1).march(np.array(x))[0]
+
+
+@pytest.mark.oracle
+@pytest.mark.parametrize("steps", [1, 64])
+def test_a_contact_dragged_along_a_line_turns_as_the_string_of_a_tractrix(steps):
+    """After a way s its angle is 2 atan(tan(theta / 2) exp(-s / rho)), rho = mu N / k_t."""
+    N, along, angle = 1.2, 0.7, 1.2
+    start = 4.0 * np.array([np.cos(angle + along), np.sin(angle + along), 0.0])
+    way = np.linspace(0.0, 0.5, steps + 1)[:, np.newaxis]
+    force = path(start + way * [np.cos(along), np.sin(along), 0.0], 2, N)
+    after = along + 2.0 * np.arctan(np.tan(0.5 * angle) * np.exp(-0.5 * 3.0 / (0.5 * N)))
+    for at, expected in ((force[0], angle + along), (force[-1], after)):
+        np.testing.assert_allclose(at[:2], 0.6 * np.array([np.cos(expected), np.sin(expected)]))
+
+
+@pytest.mark.oracle
+@pytest.mark.parametrize("tangents", [1, 2])
+def test_a_contact_begins_to_stick_where_it_touches_down(tangents):
+    """After three quarters of the step."""
+    x = np.zeros((2, tangents + 1))
+    x[:, 0], x[:, -1] = (1.0, 1.04), (-0.3, 0.1)
+    opened, closed = path(x, tangents, 0.0)
+    np.testing.assert_array_equal(opened, 0.0)
+    np.testing.assert_allclose(closed[[0, -1]], (3.0 * 0.01, 2.0 * 0.1))

@@ -101,13 +101,16 @@ sm_status sm_elastic_force(const sm_elastic *elastic, int32_t contacts, const do
     if (!sm_all_finite(x, (size_t)contacts) ||
         !sm_all_finite(memory, sm_elastic_memory(elastic)))
         return SM_NOT_FINITE;
+    double *own = memory;
     for (int32_t e = 0; e < elastic->elements; e++) {
         const sm_element *element = &elastic->element[e];
-        sm_element_force at = {.next = memory};
-        sm_element_evaluate(elastic, element, 1.0, x, memory, &at);
+        sm_element_force at = {.next = own};
+        sm_element_evaluate(elastic, element, 1.0, x, own, &at);
         for (int k = 0; k < sm_element_columns(element); k++)
             force[element->column[k]] = at.force[k];
-        memory += sm_element_memory(element);
+        own += sm_element_memory(element);
     }
-    return SM_OK;
+    const size_t remembered = (size_t)(own - memory);
+    const int finite = sm_all_finite(force, (size_t)contacts) && sm_all_finite(memory, remembered);
+    return finite ? SM_OK : SM_NOT_FINITE;
 }

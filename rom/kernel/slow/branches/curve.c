@@ -106,7 +106,8 @@ static sm_status correct(const sm_curve *curve, search limits, const double *gue
 /* Returns whether sizes and numbers of the curve are valid. */
 static int is_valid(const sm_curve *curve) {
     return curve && curve->unknowns >= 1 && curve->unknowns <= MOST && curve->rates
-           && curve->largest_step > 0.0 && curve->noise >= 0.0;
+           && curve->largest_step > 0.0 && curve->noise >= 0.0
+           && isfinite(curve->largest_step) && isfinite(curve->noise);
 }
 
 /* Rows of points of a branch, `stride` doubles apart. */

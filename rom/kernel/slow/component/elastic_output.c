@@ -4,7 +4,6 @@
 #include "base/check.h"
 #include "slow/component/contact_output.h"
 
-#define MAX_ELASTIC 1000000 /* limit of the elastic outputs: sizes of arrays do not overflow */
 
 /* Checks an array with `per_node` values at each node. */
 static sm_status check_values(const double *values, size_t nodes, size_t per_node) {
@@ -16,7 +15,7 @@ static sm_status check_values(const double *values, size_t nodes, size_t per_nod
 sm_status sm_motion_check(const sm_motion *motion, const sm_contact *contact,
                           const sm_table *table) {
     if (!motion->wanted) return SM_OK;
-    if (motion->elastic < 0 || motion->elastic > MAX_ELASTIC) return SM_BAD_ARGUMENT;
+    if (motion->elastic < 0 || motion->elastic > SM_MOST_OUTPUTS) return SM_BAD_ARGUMENT;
     if (motion->steps_per_period < SM_MIN_STEPS || motion->steps_per_period > SM_MOST)
         return SM_BAD_ARGUMENT;
     const size_t elastic = (size_t)motion->elastic, n = (size_t)contact->contacts;
