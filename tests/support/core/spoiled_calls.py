@@ -3,10 +3,10 @@
     python spoiled_calls.py CORE PUBLIC SEED [TIMES]
 
 CORE is the shared library; PUBLIC names what is called. Each function of the core that it reaches
-is first called TIMES times with one number, or one pointer, of its arguments spoiled, and then with
-every allocation failing in turn. Whatever the arguments, the call returns a status that there is.
-If it is OK, no result is NaN or infinite; if not, the state is as before and no memory is left
-allocated. At the end the functions that were called are printed.
+is first called TIMES times with one number, or one pointer, of its arguments spoiled. Then every
+allocation fails in turn. Whatever the arguments, the call returns a status that there is. If it is
+OK, no result is NaN or infinite; if not, the state is as before and no memory is left allocated. At
+the end the functions that were called are printed.
 """
 
 import ctypes
