@@ -78,7 +78,8 @@ SM_INLINE sm_status solve_point(scheme *s, const point_rule *rule, const double 
     for (size_t k = 0; k < size; k++)
         lane->base[k] = rule->from_a * x[k] + rule->from_b * left[k];
     load(s->contact, amplitudes, angle, lane);
-    sm_stage_load(n, SM_LANES, &rule->stepper, lane);
+    sm_times(n, SM_LANES, rule->stepper.stiffness, lane->base, lane->r);
+    for (size_t k = 0; k < size; k++) lane->r[k] = lane->u[k] - lane->r[k];
     const sm_status status = sm_solve(n, SM_LANES, &rule->stepper, lane);
     for (size_t k = 0; k < size; k++) x[k] = lane->base[k] + rule->per_c * lane->v[k];
     return status;

@@ -45,7 +45,10 @@ class Projection:
         M, K = structure.mass, structure.stiffness
         inertia = modes.T @ as_dense(M @ others)
         rest = others - modes @ inertia
-        T, light = independent(projection(rest, M, rest), projection(rest, K, rest), highest)
+        whole, parts = (
+            (projection(each, M, each), projection(each, K, each)) for each in (others, rest)
+        )
+        T, light = independent(parts, whole, highest)
         basis = np.hstack((modes, rest @ T))
         mass = np.ones(basis.shape[1])
         mass[modes.shape[1] :][light] = 0.0
@@ -111,7 +114,8 @@ class ReducedStructure:
         # Shapes X' = X - Phi inertia are orthogonal to the modes in M and K_s
         stiffness = -reduced.stiffness - inertia.T @ (omega[:, np.newaxis] ** 2 * inertia)
         mass = reduced.carried_mass - inertia.T @ inertia
-        own, light = independent(mass, stiffness, reduced.highest_frequency)
+        whole = reduced.carried_mass, -reduced.stiffness
+        own, light = independent((mass, stiffness), whole, reduced.highest_frequency)
         T = np.block(
             [[np.eye(omega.size), -inertia @ own], [np.zeros((len(own), omega.size)), own]]
         )
@@ -128,15 +132,19 @@ class ReducedStructure:
         return cls(structure, shapes @ T)
 
 
-def independent(mass: Floats, stiffness: Floats, highest: float) -> tuple[Floats, Flags]:
+def independent(
+    parts: tuple[Floats, Floats], whole: tuple[Floats, Floats], highest: float
+) -> tuple[Floats, Flags]:
     """Return the independent parts T (m, k) of shapes, and which of them have no inertia (k,).
 
-    `mass` and `stiffness` (m, m) are those of the shapes. Parts with inertia are orthonormal in
-    the mass. Parts whose frequency is above 1e5 times `highest` [rad/s] have none beyond rounding.
+    `whole` is mass and stiffness (m, m) of the shapes, `parts` that of what is orthogonal to the
+    modes. Parts with inertia are orthonormal in the mass. Parts whose frequency is above 1e5 times
+    `highest` [rad/s] have none beyond rounding.
     """
-    both = stiffness + highest**2 * mass
-    scale = np.sqrt(np.maximum(np.diag(both), np.finfo(float).tiny))
-    size, mixed = np.linalg.eigh(both / np.outer(scale, scale))
+    (mass, stiffness), (whole_mass, whole_stiffness) = parts, whole
+    unit = np.diag(whole_stiffness + highest**2 * whole_mass)
+    scale = np.sqrt(np.maximum(unit, np.finfo(float).tiny))
+    size, mixed = np.linalg.eigh((stiffness + highest**2 * mass) / np.outer(scale, scale))
     # Smaller independent parts of unit shapes are rounding
     own = size > 1e-10
     T = mixed[:, own] / np.sqrt(size[own]) / scale[:, np.newaxis]

@@ -11,6 +11,7 @@ from runs import column, independent_reader, times_in
 from scene_motion import Force, integrated
 
 from slipmode import rom
+from slipmode.__main__ import main
 from slipmode.runner import load_scene, shipped_scenes
 
 SHIPPED = ("beating", "blade", "bladed-disk", "force-step", "internal-resonance", "lap-joint")
@@ -36,6 +37,7 @@ def test_a_shipped_scene_records_what_it_asks_for_without_a_warning(name, shippe
     shipped = shipped_scene(name)
     scene, schedule = shipped.plan.scene, shipped.plan.schedule
     assert {event.level for event in shipped.read().events} == {"info"}
+    assert main(["plan", name]) == 0
     with independent_reader(shipped.mcap) as reader:
         summary = reader.get_summary()
         counts = {

@@ -5,8 +5,8 @@
 CORE is the shared library; PUBLIC names what is called. Each function of the core that it reaches
 is first called TIMES times with one number, or one pointer, of its arguments spoiled. Then every
 allocation fails in turn. Whatever the arguments, the call returns a status that there is. If it is
-OK, no result is NaN or infinite; if not, the state is as before and no memory is left allocated. At
-the end the functions that were called are printed.
+OK, no result is NaN or infinite. If not, the state is as before and no memory is left allocated.
+At the end the functions that were called are printed.
 """
 
 import ctypes

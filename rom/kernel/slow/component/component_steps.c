@@ -54,7 +54,7 @@ static sm_status integrate(sm_component *c, double duration, int64_t most, const
             h = step.h * factor;
             c->rejected++;
             /* shorter steps change amplitudes by rounding only, next to the edge of the table too */
-            if (h < SM_ROUNDING * (duration + 1.0 / c->inputs.frequency[0]))
+            if (h < 10.0 * SM_ROUNDING * (duration + 1.0 / c->inputs.frequency[0]))
                 return outcome != SM_OK ? outcome : SM_STEP_TOO_SMALL;
             continue;
         }
