@@ -51,6 +51,8 @@ def page_inputs(
         span, value = limit_span(plan, model), start.get("limit_scale", 1.0)
         span = min(span[0], value), max(span[1], value)
         limits = _input("limit_scale", "Limits and preloads", "×", span, value)
+        if force := plan.scene.static_force:
+            limits |= {"label": "Static force", "unit": "N", "per": 1.0 / abs(force)}
         found.append(limits | {"log": True})
     return found
 

@@ -225,6 +225,18 @@ class Scene:
         possible = self.tabulated and self.model.formulation == "consistent" and self.disk is None
         return possible and self.limit_scale is None and self.model.transients != "slow"
 
+    @property
+    def static_force(self) -> float | None:
+        """Static force on one DOF [N] that alone presses the contacts together; otherwise None.
+
+        Limits and preloads of the contacts scale with it.
+        """
+        force = self.preload.force if self.preload else None
+        pressed = [np.any(getattr(group.law, "preload", 1.0)) for group in self.contacts]
+        if not isinstance(force, Mapping) or len(force) > 1 or any(pressed):
+            return None
+        return float(next(iter(force.values())))
+
     def in_slow_time(self) -> Self:
         """Return the scene without intervals at full order.
 

@@ -69,6 +69,19 @@ def test_a_page_has_everything_in_it(written):
     assert all(each.startswith("data:") for each in (*imports.values(), *page.addresses))
 
 
+def test_a_static_force_that_alone_presses_contacts_is_an_input(written):
+    """In newtons; the core scales limits and preloads."""
+    matrices = shipped_scenes()["wedge-damper"].with_suffix(".npz").as_posix()
+    page = written("wedge-damper", ("wedge-damper.npz", matrices))
+    content = json.loads(page.scripts["content"])
+    scale = next(each for each in content["inputs"] if each["name"] == "limit_scale")
+    assert (scale["label"], scale["unit"], scale["start"] / scale["per"]) == (
+        "Static force",
+        "N",
+        240,
+    )
+
+
 def test_inputs_start_as_the_scene_ends_and_cover_its_frequencies(written):
     content = json.loads(written("one-mode").scripts["content"])
     inputs = {each["name"]: each for each in content["inputs"]}
