@@ -112,7 +112,8 @@ gallery: $(VENV)/.installed
 	$(BIN)/slipmode validate two-mode --output logs
 	$(BIN)/slipmode replay logs/two-mode.validation.mcap --screenshot docs/validation.png
 	@$(PIP) "slipmode[browser,pictures]"
-	$(BIN)/python docs/explore_picture.py docs/explore-blade.png
+	$(BIN)/python docs/explore_picture.py blade 15 0.4 docs/explore-blade.png
+	$(BIN)/python docs/explore_picture.py wedge-damper 2 0.4 docs/explore-wedge-damper.png
 
 # A warning is an error: a link or a name that is not there any more.
 docs: $(VENV)/.installed-docs
