@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from slipmode.rom.common import percentage
 from slipmode.rom.identification.loops.problem import Fitted
 from slipmode.rom.slow import axes_or_new
 
-LoopLaw = Jenkins | Iwan | Sliders
+LoopLaw: TypeAlias = Jenkins | Iwan | Sliders
 
 
 @dataclass(frozen=True, eq=False, repr=False)

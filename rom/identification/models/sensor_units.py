@@ -11,7 +11,11 @@ from slipmode.rom.common import Complexes, Floats, as_floats, in_one_line
 from slipmode.rom.identification.slow_laws import SlowLaw
 from slipmode.rom.slow import parse_unit
 
-QUANTITIES = ("displacement", "velocity", "acceleration")  # by the number of time derivatives
+QUANTITIES: tuple[str, ...] = (
+    "displacement",
+    "velocity",
+    "acceleration",
+)  # by the number of time derivatives
 
 
 def sensor_unit(unit: str) -> tuple[str, float]:

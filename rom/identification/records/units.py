@@ -33,7 +33,9 @@ class AllowedUnits(NamedTuple):
         return unit
 
 
-FORCE: Final = AllowedUnits("force_unit", ("force",), "N (also with prefix m, u, k or M) or lbf")
+FORCE: Final[AllowedUnits] = AllowedUnits(
+    "force_unit", ("force",), "N (also with prefix m, u, k or M) or lbf"
+)
 
 
 def override_note(field: Field, unit: Unit) -> tuple[str, ...]:
