@@ -42,13 +42,15 @@ def differences(found, expected):
 @pytest.mark.parametrize("name", SHIPPED)
 def test_integrators_of_importers_agree_with_the_run_of_the_scene(name, tmp_path):
     """Co-Simulation, and Model Exchange by an adaptive and by a fixed-step method."""
-    scene = load_scene(name)
+    scene = load_scene(name).in_slow_time()  # as an FMU
     driven = SceneFmu(export_fmu(scene, tmp_path / f"{name}.fmu", headroom=1.0), scene)
     read = channels(runner.run(scene, tmp_path))
     (time, modes), (_, energy) = read["/modes"], read["/energy"]
     expected = np.column_stack((modes[:, : len(driven.names) - 1], energy[:, 2]))
     assert np.abs(expected).max(axis=0).min() > 0.0
-    for way in (driven.co_simulated(), driven.exchanged(), driven.exchanged(driven.step)):
+    # the damper begins to slip within a few communication steps
+    fixed = driven.step * (0.1 if name == "wedge-damper" else 1.0)
+    for way in (driven.co_simulated(), driven.exchanged(), driven.exchanged(fixed)):
         np.testing.assert_allclose(way[0], time, rtol=1e-9)
         assert differences(way[1], expected).max() < 1e-4
 
