@@ -137,7 +137,7 @@ def independent(
 ) -> tuple[Floats, Flags]:
     """Return the independent parts T (m, k) of shapes, and which of them have no inertia (k,).
 
-    `whole` is mass and stiffness (m, m) of the shapes, `parts` that of what is orthogonal to the
+    `whole` is mass and stiffness (m, m) of the shapes, `parts` of their parts orthogonal to the
     modes. Parts with inertia are orthonormal in the mass. Parts whose frequency is above 1e5 times
     `highest` [rad/s] have none beyond rounding.
     """

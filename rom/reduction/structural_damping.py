@@ -1,6 +1,6 @@
 """Structural damping i K'' of a reduced model.
 
-The response to harmonics is that of K + i K'' at each frequency. The slow flow, rigid contacts and
+Harmonics respond with K + i K'' at each frequency. The slow flow, rigid contacts and
 time integration have the equivalent viscous damping K'' / nu, which dissipates as much per cycle
 at the frequency nu. This is the carrier for a retained mode and what it moves, and the natural
 frequency for another mode.

@@ -210,7 +210,7 @@ class Structure:
 
     @property
     def loss(self) -> Matrix | None:
-        """Structural damping K'' (n, n) [N/m]; that of `LossFactor` is computed at each access."""
+        """Structural damping K'' (n, n) [N/m]; for `LossFactor` computed at each access."""
         if not isinstance(self._loss, LossFactor):
             return self._loss
         loss: Any = self.stiffness * self._loss.eta

@@ -46,7 +46,7 @@ def fit_loops(loops: Loop | Sequence[Loop]) -> LoopFit:
 
     Notes
     -----
-    The force is that of Jenkins elements in parallel. The first model is one element. Further
+    Jenkins elements in parallel make the force. The first model is one element. Further
     terms are limits by direction, a backlash in series, a spring in parallel, another element, and
     Segalman's four-parameter distribution instead of the elements. The term that lowers the rms
     error most is added if it lowers it by at least 5 % and by 0.1 % of the peak force, until no
@@ -153,7 +153,7 @@ def _mean_force(law: Fitted, level: int) -> float:
 
 def _warnings(found: Fitted, law: Fitted) -> list[str]:
     lines = []
-    errors = ", ".join(f"{percentage(error)}" for error in law.errors)
+    errors = ", ".join(map(percentage, law.errors))
     if found.terms.backlash:
         lines.append(
             "contact laws of structures have no backlash; the law without it has an rms error of "

@@ -54,7 +54,7 @@ class Terms(NamedTuple):
     def larger(self, values: Values, reach: float) -> Iterator[tuple[Terms, Values]]:
         """Yield models with a term more, and initial values of their coordinates.
 
-        `values` are those of this model, `reach` [m] is the largest displacement.
+        `values` belong to this model, `reach` [m] is the largest displacement.
         """
         total = float(self.sliders(values)[0].sum())
         if not self.direction:

@@ -86,7 +86,7 @@ class Fitted:
     def forces(self, level: int, variants: Floats | None = None) -> Floats:
         """Return the forces of a level after its run-in (variants, samples) [N].
 
-        `variants` (variants, coordinates) are logarithms, by default those of the fit.
+        `variants` (variants, coordinates) are logarithms, by default of the fit.
         """
         variants = self.logarithms[np.newaxis] if variants is None else variants
         every = [self._named(each) for each in np.exp(variants)]

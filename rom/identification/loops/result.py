@@ -28,7 +28,7 @@ class LoopFit:
         [N]: `limit`, or `limit_forward` while the displacement rises and `limit_backward` while it
         falls. Of several loops, the limits have the name of the loop before a point. Of several
         elements, `share_1`, `share_2`, ... are their shares of the limits. `chi` and `beta` are
-        those of `rom.Iwan`.
+        as in `rom.Iwan`.
     interval : dict of str to (float, float)
         99 % interval of each parameter from the scatter of the cycles; infinite for those that the
         loops do not determine.

@@ -264,9 +264,10 @@ sm_status sm_elastic_equilibrium(const sm_elastic *elastic, int32_t contacts,
     const double *at_rest = sm_take(&block, sm_elastic_memory(elastic));
     memcpy(x, displacement, n * sizeof(double)); /* as if all stuck */
     sm_status status = sm_elastic_solve(&solver, displacement, at_rest, x);
-    if (status == SM_OK) memcpy(force, solver.f, n * sizeof(double));
-    if (status == SM_OK && !(sm_all_finite(x, n) && sm_all_finite(force, n)))
-        status = SM_NOT_FINITE;
+    if (status == SM_OK) {
+        memcpy(force, solver.f, n * sizeof(double));
+        if (!sm_all_finite(x, n) || !sm_all_finite(force, n)) status = SM_NOT_FINITE;
+    }
     free(block.memory);
     return status;
 }

@@ -53,8 +53,8 @@ double sm_marched_flexibility(const sm_marched *m, size_t i, size_t j) {
     double sum = 0.0;
     for (size_t k = 0; k < m->modes; k++) {
         const double *advance = m->response->advance + ENTRIES * k;
-        const double *drawn = m->response->projection + k * m->contacts;
-        sum += drawn[i] * drawn[j] * (static_displacement(advance) - advance[3]);
+        const double *projection = m->response->projection + k * m->contacts;
+        sum += projection[i] * projection[j] * (static_displacement(advance) - advance[3]);
     }
     return sum;
 }
