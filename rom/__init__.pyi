@@ -70,6 +70,7 @@ from .reduction.combination import combination_resonances as combination_resonan
 from .reduction.interaction.mode_proposals import ModeProposal as ModeProposal
 from .reduction.reduction import Reduced as Reduced
 from .reduction.reduction import reduce as reduce
+from .reduction.static_cases import fit_nonlinear_stiffness as fit_nonlinear_stiffness
 from .slow.branches.backbone import Backbone as Backbone
 from .slow.branches.backbone import backbone as backbone
 from .slow.branches.performance import PerformanceCurve as PerformanceCurve

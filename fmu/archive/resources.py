@@ -32,7 +32,7 @@ from slipmode.rom.slow.nonresonant.response_surface import (
 from slipmode.rom.slow.slow_flow import slow_flow
 from slipmode.rom.table.local.tone_model import ToneModel
 
-FORMAT = 14  # FMU_FORMAT in fmu/src/resources/model.h
+FORMAT = 15  # FMU_FORMAT in fmu/src/resources/model.h
 IDENTITY = "model.txt"
 
 # The struct `fmu_layout` of fmu/src/resources/model.h, without the format.
@@ -276,6 +276,7 @@ def _constants(
         _with_starts(np.zeros(1 + 2 * kernel.MODES), variables, Kind.START)[1:],
         relative_range(model),
         [flow.ratio],
+        flow.hardening,
     )
     return np.concatenate([np.array(part).ravel() for part in parts])
 

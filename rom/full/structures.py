@@ -179,6 +179,7 @@ def aeroelastic(
     Structure
         Structure with additional stiffness and damping, dense.
     """
+    reduced.refuse_nonlinear_stiffness("full order", "compare without coefficients")
     c = reduced.aerodynamics
     if c is None:
         return structure

@@ -39,6 +39,7 @@ def shifted_flow(model: Model, shift: Complexes | float) -> kernel.Structure:
     _store(flow.carrier, reduced.carrier)
     _store(flow.damping, reduced.modal_damping)
     _store(flow.coupling_ratio, reduced.coupling_coefficients)
+    _store(flow.hardening, reduced.hardening)
     _store(flow.off_resonance, np.full(model.modes, shift, dtype=complex))
     for k, term in enumerate(model.combinations):
         flow.combination[k] = kernel.Combination(term.mode, term.n, term.m)

@@ -199,6 +199,9 @@ def scene_performance(
         raise SlipmodeError(
             f"forcing.{name}: must not be 0, because this force causes the resonance peak"
         )
+    plan.excited.reduced.refuse_nonlinear_stiffness(
+        "the peak against limits", "compute a response curve for each limit"
+    )
     law, aerodynamics = plan.excited.law, plan.excited.reduced.aerodynamics
     reduced = rom.reduce(
         plan.structure,

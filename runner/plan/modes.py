@@ -84,6 +84,17 @@ def _excite(
             [scene.aerodynamics.get(mode, 0j) for mode in modes] if scene.aerodynamics else None,
             progress=progress,
         )
+        if scene.nonlinear_stiffness:
+            # of modes that are left out there is no amplitude
+            letters = str.maketrans("".join(modes), "AB"[: len(modes)])
+            with naming("nonlinear_stiffness"):
+                reduced = reduced.with_nonlinear_stiffness(
+                    {
+                        name.translate(letters): value
+                        for name, value in scene.nonlinear_stiffness.items()
+                        if set(name) <= set(modes)
+                    }
+                )
         if scene.modes.ratio is not None:
             reduced = on_one_tone(reduced, scene.modes.ratio, _middle(scene))
     initial = initial_amplitudes(scene, modes)

@@ -106,6 +106,9 @@ def loads_at_end(scenes: Sequence[Scene], excited: Excited) -> Loads:
     for k, scene in enumerate(scenes):
         end = scene.run.duration
         if scene.limit_scale is not None:
+            excited.reduced.refuse_nonlinear_stiffness(
+                "a study with limits.scale", "vary the limits of the contacts"
+            )
             scale[k] = scene.limit_scale.value_before(end)
         for j, mode in enumerate(excited.modes):
             if (forcing := scene.forcing.get(mode)) is not None:

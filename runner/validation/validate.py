@@ -129,6 +129,10 @@ def validate(
         scene = load_scene(scene)
     if scene.limit_scale is not None:
         raise SlipmodeError("limits.scale: must be left out, because full order has fixed limits")
+    if scene.nonlinear_stiffness:
+        raise SlipmodeError(
+            "nonlinear_stiffness: must be left out, because full order does not include it"
+        )
     if scene.mistuning:
         return _validate_blades(scene, output, progress=progress)
     started = perf_counter()

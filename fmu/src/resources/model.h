@@ -4,7 +4,7 @@
 
 #include "slipmode.h"
 
-#define FMU_FORMAT 14  /* of resources/; raised whenever older ones must be refused */
+#define FMU_FORMAT 15  /* of resources/; raised whenever older ones must be refused */
 #define FMU_REASON 256 /* bytes of a sentence that says what is wrong */
 #define FMU_STATES (3 * SM_MODES + 1)
 
@@ -63,6 +63,7 @@ typedef struct {
     double amplitude[2 * SM_MODES];    /* start values of Re, Im of a_j */
     double carrier_range[2];           /* of forcing frequencies, relative to the natural one */
     double ratio;                      /* of the carriers of two modes on one tone, else 0 */
+    double hardening[SM_MODES][SM_MODES];
 } fmu_constants;
 
 typedef struct {

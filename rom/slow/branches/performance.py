@@ -262,6 +262,9 @@ def performance_curve(
     >>> curve = rom.performance_curve(model, {0: 0.15})
     >>> factor, peak = curve.optimum
     """
+    model.reduced.refuse_nonlinear_stiffness(
+        "rom.performance_curve", "compute rom.response_curve for each limit"
+    )
     if not is_homogeneous(model.law, model.reduced.n_contacts):
         raise SlipmodeError(
             "law: the motion must scale with the limits, which excludes tanh and gaps; got "

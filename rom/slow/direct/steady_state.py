@@ -182,6 +182,7 @@ def steady_state(
         raise SlipmodeError(f"start: must be a SteadyState, got {in_one_line(start)}")
     modes = len(reduced.modes)
     reduced.refuse_shared_tone("reduced: must be of one mode, the others respond as well")
+    reduced.refuse_nonlinear_stiffness("rom.steady_state", "use rom.steady with a friction table")
     f = AppliedForces.of(reduced, force).force
     if reduced.formulation == "paper":
         raise SlipmodeError("formulation: must be 'consistent' for a steady state without a table")

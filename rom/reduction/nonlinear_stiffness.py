@@ -1,0 +1,138 @@
+"""Quadratic and cubic stiffness of the retained modes (geometric nonlinearity), in slow time.
+
+The modal forces are the gradient of a potential,
+
+    F_j = sum_kl alpha_jkl q_k q_l + sum_klm gamma_jklm q_k q_l q_m,
+
+with coefficients that do not depend on the order of their indices. With q_j = a_j exp(i theta_j)
++ c.c., the cubic terms act on a mode at its carrier as the stiffness sum_k h_jk |a_k|^2,
+
+    h_jj = 3 gamma_jjjj,    h_jk = 6 gamma_jjkk.
+
+Quadratic terms move the modes at harmonics 0, 2 theta_j, theta_j + theta_k and theta_j - theta_k.
+This motion acts back on the modes at their carriers, which adds to h (Nayfeh and Mook 1979, 2.3).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import permutations
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from slipmode.rom.arrays import Floats, as_floats
+from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.representable import ALLOWED, fits
+from slipmode.rom.short_repr import percentage
+
+if TYPE_CHECKING:
+    from slipmode.rom.reduction.reduced import Reduced
+
+# Coefficients of other orders of the letters, relative to each other, that are equal.
+_EQUAL = 1e-6
+# Distance of a harmonic of nonlinear stiffness from a natural frequency, relative to it, below
+# which the other mode is in resonance with it.
+_RESONANT = 0.1
+# Force on the other mode, relative to its stiffness and amplitude range, which may be neglected:
+# in resonance with a damping ratio of 0.5 % it moves the mode by 1 % of the range.
+_LEAST_FORCE = 1e-4
+# Largest part of the stiffness that quadratic terms may remove at the ends of the amplitude range.
+# Its error is then below 0.7 % (tests/rom/slow/test_nonlinear_stiffness.py).
+_MOST_QUADRATIC = 0.08
+
+
+def coefficient_tensors(coefficients: Mapping[str, float], modes: int) -> tuple[Floats, Floats]:
+    """Return alpha (modes,)*3 and gamma (modes,)*4 of coefficients by letters, as "AABB".
+
+    Raises
+    ------
+    SlipmodeError
+        If a name or value is not allowed, or two orders of the same letters differ.
+    """
+    names = "AB"[:modes]
+    tensors = {n: np.full((modes,) * n, np.nan) for n in (3, 4)}
+    for name, value in coefficients.items():
+        if len(name) not in tensors or not set(name) <= set(names):
+            raise SlipmodeError(
+                f"coefficient {name}: must be three or four of the letters {', '.join(names)}, "
+                "as AAA or AAAA"
+            )
+        if not (np.ndim(value) == 0 and fits(as_floats(f"coefficient {name}", value))):
+            raise SlipmodeError(f"coefficient {name}: must be {ALLOWED}, got {value}")
+        for order in set(permutations(names.index(letter) for letter in name)):
+            known = tensors[len(name)][order]
+            if abs(known - value) > _EQUAL * abs(value):
+                raise SlipmodeError(
+                    f"coefficient {name} = {value:g}: other orders of these letters have "
+                    f"{known:g}; forces of a potential have equal coefficients"
+                )
+            tensors[len(name)][order] = value
+    return np.nan_to_num(tensors[3]), np.nan_to_num(tensors[4])
+
+
+def hardening(frequency: Floats, quadratic: Floats, cubic: Floats) -> tuple[Floats, Floats]:
+    """Return the parts of h (modes, modes) due to cubic and to quadratic terms.
+
+    `frequency` (modes,) has the natural frequencies [rad/s].
+    """
+    modes = np.arange(len(frequency))
+    square, alpha = frequency**2, quadratic
+    by_cubic, by_quadratic = np.zeros((2, len(modes), len(modes)))
+    for j in modes:
+        for k in modes:
+            by_cubic[j, k] = (3.0 if j == k else 6.0) * cubic[j, j, k, k]
+            mean = alpha[:, j, j] * alpha[:, k, k] / square
+            coupled = alpha[:, j, k] != 0.0
+            own, coupling = square[coupled], alpha[coupled, j, k] ** 2
+            above = coupling / (own - (frequency[j] + frequency[k]) ** 2)
+            if j == k:
+                by_quadratic[j, j] = -4.0 * np.sum(mean) - 2.0 * np.sum(above)
+            else:
+                below = coupling / (own - (frequency[j] - frequency[k]) ** 2)
+                by_quadratic[j, k] = -4.0 * (np.sum(mean) + np.sum(above + below))
+    return by_cubic, by_quadratic
+
+
+def _refuse_resonances(reduced: Reduced, largest: Floats) -> None:
+    """Refuse terms that drive the other mode in resonance, whose amplitudes would not be slow."""
+    omega, alpha, gamma = reduced.frequency, reduced.quadratic, reduced.cubic
+    for j, k in permutations(range(omega.size), 2):
+        r = largest[j]
+        coupling = np.abs(gamma[j, k] * np.multiply.outer(largest, largest)).max() * largest.max()
+        driven = {1: coupling, 2: abs(alpha[j, j, k]) * r**2, 3: abs(gamma[j, j, j, k]) * r**3}
+        for order, force in driven.items():
+            apart = abs(order * omega[j] / omega[k] - 1.0)
+            if apart < _RESONANT and force > _LEAST_FORCE * omega[k] ** 2 * largest[k]:
+                raise SlipmodeError(
+                    f"amplitude: {order} omega_{'AB'[j]} is {percentage(apart)} from "
+                    f"omega_{'AB'[k]}, and nonlinear stiffness couples both modes in this "
+                    f"resonance, which is not modelled within {percentage(_RESONANT)}; retain one "
+                    "mode"
+                )
+
+
+def check_amplitude_range(reduced: Reduced, largest: Floats) -> None:
+    """Refuse amplitudes (modes,) at which the nonlinear stiffness is not valid."""
+    if reduced.cubic is None:
+        return
+    _refuse_resonances(reduced, largest)
+    parts = hardening(reduced.frequency, reduced.quadratic, reduced.cubic)
+    square = reduced.frequency**2
+    # The restoring force of q = 2 |a| vanishes where 4/3 h_jj |a_j|^2 + 2 h_jk |a_k|^2 is -omega^2
+    peak = np.where(np.eye(square.size) > 0.0, 4.0 / 3.0, 2.0)
+    for kind, h, most in (("cubic", sum(parts), 1.0), ("quadratic", parts[1], _MOST_QUADRATIC)):
+        removed = -(peak * np.minimum(h, 0.0)) @ largest**2 / square
+        j = int(removed.argmax())
+        if removed[j] >= most:
+            advice = "reduce the amplitudes, or leave the coefficients out"
+            what = (
+                f"soften mode {'AB'[j]} to instability within the range"
+                if kind == "cubic"
+                else f"remove {percentage(removed[j])} of the stiffness of mode {'AB'[j]}, "
+                f"allowed: {percentage(most)}"
+            )
+            amplitudes = ", ".join(f"{a:.3g}" for a in largest)
+            raise SlipmodeError(
+                f"amplitude: {kind} coefficients {what}, |a| = {amplitudes} kg^1/2 m; {advice}"
+            )
