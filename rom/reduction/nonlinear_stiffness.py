@@ -94,9 +94,8 @@ def hardening(frequency: Floats, quadratic: Floats, cubic: Floats) -> tuple[Floa
     return by_cubic, by_quadratic
 
 
-def _refuse_resonances(reduced: Reduced, largest: Floats) -> None:
+def _refuse_resonances(omega: Floats, alpha: Floats, gamma: Floats, largest: Floats) -> None:
     """Refuse terms that drive the other mode in resonance, whose amplitudes would not be slow."""
-    omega, alpha, gamma = reduced.frequency, reduced.quadratic, reduced.cubic
     for j, k in permutations(range(omega.size), 2):
         r = largest[j]
         coupling = np.abs(gamma[j, k] * np.multiply.outer(largest, largest)).max() * largest.max()
@@ -114,10 +113,11 @@ def _refuse_resonances(reduced: Reduced, largest: Floats) -> None:
 
 def check_amplitude_range(reduced: Reduced, largest: Floats) -> None:
     """Refuse amplitudes (modes,) at which the nonlinear stiffness is not valid."""
-    if reduced.cubic is None:
+    if reduced.quadratic is None or reduced.cubic is None:
         return
-    _refuse_resonances(reduced, largest)
-    parts = hardening(reduced.frequency, reduced.quadratic, reduced.cubic)
+    coefficients = reduced.frequency, reduced.quadratic, reduced.cubic
+    _refuse_resonances(*coefficients, largest)
+    parts = hardening(*coefficients)
     square = reduced.frequency**2
     # The restoring force of q = 2 |a| vanishes where 4/3 h_jj |a_j|^2 + 2 h_jk |a_k|^2 is -omega^2
     peak = np.where(np.eye(square.size) > 0.0, 4.0 / 3.0, 2.0)
