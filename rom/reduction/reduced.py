@@ -14,7 +14,6 @@ from numpy.typing import ArrayLike
 from slipmode.rom.arrays import Complexes, Floats, as_floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.elements import Elements
-from slipmode.rom.reduction.nonlinear_stiffness import coefficient_tensors, hardening
 from slipmode.rom.reduction.structural_damping import beside_equivalent, dampers_at
 from slipmode.rom.reduction.tones import modes_of_tones, names_on_tones
 from slipmode.rom.representable import LARGEST, SMALLEST
@@ -97,9 +96,8 @@ class Reduced:
         Force on each mode [-], in any scale, whose quasi-static response is included.
     aerodynamics : (modes,) complex ndarray or None
         Aerodynamic influence coefficients c_j [rad^2/s^2].
-    quadratic, cubic : (modes, modes, modes), (modes, modes, modes, modes) ndarray or None
-        Coefficients of the nonlinear stiffness [kg^-1/2 m^-1 s^-2], [kg^-1 m^-2 s^-2], see
-        `with_nonlinear_stiffness`.
+    quadratic, cubic : (modes,) * 3, (modes,) * 4 ndarray or None
+        Coefficients of `rom.with_nonlinear_stiffness`.
     loss : (modes + nonresonant + N_c, modes + nonresonant + N_c) ndarray or None
         Structural damping K'' on all shapes, whose equivalent at the carriers the damping has.
     structure : Structure or None
@@ -142,10 +140,8 @@ class Reduced:
     ratio: float = 0.0
 
     def __repr__(self) -> str:
-        modes = ", ".join(
-            f"{number} at {omega:.4g} rad/s"
-            for number, omega in zip(self.modes, self.frequency, strict=True)
-        )
+        each = zip(self.modes, self.frequency, strict=True)
+        modes = ", ".join(f"{number} at {omega:.4g} rad/s" for number, omega in each)
         return (
             f"Reduced({self.formulation}, mode {modes}, {self.n_contacts} contacts, "
             f"{self.nonresonant_frequency.size} nonresonant modes, {self.n_dofs} DOFs)"
@@ -180,19 +176,6 @@ class Reduced:
         if self.tones < len(self.modes):
             raise SlipmodeError(f"{refusal}, because the modes share a tone, see rom.reduce")
 
-    def refuse_nonlinear_stiffness(self, name: str, advice: str) -> None:
-        """Raise SlipmodeError if the modes have nonlinear stiffness, which `name` neglects."""
-        if self.cubic is not None:
-            raise SlipmodeError(f"nonlinear stiffness: {name} does not include it; {advice}")
-
-    @cached_property
-    def hardening(self) -> Floats:
-        """Nonlinear stiffness h_jk of mode j per |a_k|^2, (modes, modes) [kg^-1 m^-2 s^-2]."""
-        if self.cubic is None or self.quadratic is None:
-            return np.zeros((len(self.modes), len(self.modes)))
-        by_cubic, by_quadratic = hardening(self.frequency, self.quadratic, self.cubic)
-        return by_cubic + by_quadratic
-
     @property
     def n_dofs(self) -> int:
         """Number n of DOFs of the structure."""
@@ -223,15 +206,13 @@ class Reduced:
     @property
     def aerodynamic_damping(self) -> Floats:
         """Modal damping due to aerodynamics, (modes,) [1/s]."""
-        if self.aerodynamics is None:
-            return np.zeros(len(self.modes))
-        return np.asarray(self.aerodynamics.imag / self.structural_frequency)
+        c = np.zeros(len(self.modes)) if self.aerodynamics is None else self.aerodynamics.imag
+        return np.asarray(c / self.structural_frequency)
 
     def held(self, structure: Structure) -> Held:
         """Return what was reduced, with contacts bonded (rigid laws) or stuck (elastic laws)."""
-        if self.contacts is None:
-            return bonded(structure)
-        return stuck(structure, self.contacts.reference)
+        elements = self.contacts
+        return stuck(structure, elements.reference) if elements else bonded(structure)
 
     def modal_stiffness(self, frequency: ArrayLike) -> Complexes:
         """Return the dynamic stiffness D(nu) of the modes.
@@ -415,55 +396,6 @@ class Reduced:
         return np.asarray(np.sum(self.response_by_dampers * self._at_carriers[0], axis=1))
 
     # Other models of the same structure
-
-    def with_nonlinear_stiffness(self, coefficients: Mapping[str, float]) -> Reduced:
-        """Return the model with quadratic and cubic stiffness of its modes.
-
-        The modal forces are F_j = sum_kl alpha_jkl q_k q_l + sum_klm gamma_jklm q_k q_l q_m, with
-        the modal displacements q of mass-normalised modes. All other modes follow statically in
-        the coefficients, for instance membrane modes of a plate (implicit condensation).
-
-        Parameters
-        ----------
-        coefficients : {str: float}
-            alpha [kg^-1/2 m^-1 s^-2] by three letters, gamma [kg^-1 m^-2 s^-2] by four letters,
-            as {"AAA": 2e4, "AAAA": 1e8, "AABB": 3e7}. A coefficient is the same for each order of
-            its letters, because the forces have a potential: the force on A has 3 gamma_AABB q_A
-            q_B^2. Coefficients that are not given are 0.
-
-        Returns
-        -------
-        Reduced
-            Model with `quadratic` and `cubic`.
-
-        Raises
-        ------
-        SlipmodeError
-            If a coefficient is not allowed, or two orders of its letters differ. If the
-            formulation is "paper", or modes share a tone.
-
-        Notes
-        -----
-        In the slow flow they are the stiffness sum_k h_jk |a_k|^2 of mode j, with h_jj = 3
-        gamma_jjjj and h_jk = 6 gamma_jjkk. Quadratic coefficients add to h to second order, for
-        one mode -10/3 alpha^2 / omega^2. Harmonics of the modes due to the coefficients are not
-        part of the motion. `rom.tabulate` refuses amplitudes at which a mode becomes unstable, and
-        modes that the coefficients couple near a ratio of 1:1, 1:2 or 1:3. See
-        "Nonlinear stiffness" in docs/theory.md.
-
-        Examples
-        --------
-        >>> reduced = rom.reduce(rom.two_mass(), modes=(0,))
-        >>> reduced.with_nonlinear_stiffness({"AAAA": 0.01}).hardening
-        array([[0.03]])
-        """
-        if self.formulation == "paper" or self.tone_numbers or self.ratio:
-            raise SlipmodeError(
-                "coefficients: must be of one or two modes with a tone each, in the "
-                "formulation 'consistent'"
-            )
-        quadratic, cubic = coefficient_tensors(coefficients, len(self.modes))
-        return replace(self, quadratic=quadratic, cubic=cubic)
 
     def at_carrier(self, carrier: Sequence[float]) -> Reduced:
         """Return the model with its contact problem at other reference frequencies.

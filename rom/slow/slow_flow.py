@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from slipmode.rom import kernel
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.reduction.force_response import AppliedForces, ForcePatterns, phasor
+from slipmode.rom.reduction.nonlinear.stiffness import hardening
 from slipmode.rom.reduction.reduced import coupling_factor
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.table.model import Model
@@ -39,7 +40,7 @@ def shifted_flow(model: Model, shift: Complexes | float) -> kernel.Structure:
     _store(flow.carrier, reduced.carrier)
     _store(flow.damping, reduced.modal_damping)
     _store(flow.coupling_ratio, reduced.coupling_coefficients)
-    _store(flow.hardening, reduced.hardening)
+    _store(flow.hardening, hardening(reduced))
     _store(flow.off_resonance, np.full(model.modes, shift, dtype=complex))
     for k, term in enumerate(model.combinations):
         flow.combination[k] = kernel.Combination(term.mode, term.n, term.m)

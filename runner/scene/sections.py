@@ -165,7 +165,7 @@ class Scene:
     aerodynamics : mapping of str to complex
         Aerodynamic influence coefficients by mode [rad^2/s^2], see `rom.reduce`.
     nonlinear_stiffness : mapping of str to float
-        Coefficients by letters of modes, see `rom.Reduced.with_nonlinear_stiffness`.
+        Coefficients by letters of modes, see `rom.with_nonlinear_stiffness`.
     run, model : Run, ModelOptions
         Duration and steps; options of the reduced model.
     contact, elastic : tuple of Window

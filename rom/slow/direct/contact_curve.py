@@ -15,6 +15,7 @@ import numpy as np
 
 from slipmode.rom import kernel
 from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.reduction.nonlinear.stiffness import hardening
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.branches.continuation import (
     Branch,
@@ -161,7 +162,7 @@ class ContactCurve:
         reduced, Omega = problem.model.reduced, flow.frequency
         contacts = self.friction.motion(ContactPoints.of(flow, a, q))
         omega, gamma = reduced.frequency, reduced.modal_damping
-        stiffness = omega**2 + np.abs(a) ** 2 @ reduced.hardening
+        stiffness = omega**2 + np.abs(a) ** 2 @ hardening(reduced)
         stiffness = stiffness - Omega**2 + 1j * gamma * Omega
         mass = 0.5 * gamma + np.emath.sqrt(0.25 * gamma**2 - omega**2 + 0j) + 1j * Omega
         force = 0.5 * flow.force * (1.0 + self._through_dampers(Omega))

@@ -43,7 +43,7 @@ def fit_nonlinear_stiffness(
     Returns
     -------
     {str: float}
-        Coefficients for `Reduced.with_nonlinear_stiffness`.
+        Coefficients for `rom.with_nonlinear_stiffness`.
 
     Raises
     ------

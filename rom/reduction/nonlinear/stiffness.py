@@ -16,18 +16,16 @@ This motion acts back on the modes at their carriers, which adds to h (Nayfeh an
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from itertools import permutations
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from slipmode.rom.arrays import Floats, as_floats
 from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.representable import ALLOWED, fits
 from slipmode.rom.short_repr import percentage
-
-if TYPE_CHECKING:
-    from slipmode.rom.reduction.reduced import Reduced
 
 # Coefficients of other orders of the letters, relative to each other, that are equal.
 _EQUAL = 1e-6
@@ -40,6 +38,66 @@ _LEAST_FORCE = 1e-4
 # Largest part of the stiffness that quadratic terms may remove at the ends of the amplitude range.
 # Its error is then below 0.7 % (tests/rom/slow/test_nonlinear_stiffness.py).
 _MOST_QUADRATIC = 0.08
+
+
+def with_nonlinear_stiffness(reduced: Reduced, coefficients: Mapping[str, float]) -> Reduced:
+    """Return a reduced model with quadratic and cubic stiffness of its modes.
+
+    The modal forces are F_j = sum_kl alpha_jkl q_k q_l + sum_klm gamma_jklm q_k q_l q_m, with the
+    modal displacements q of mass-normalised modes. All other modes follow statically in the
+    coefficients, for instance membrane modes of a plate (implicit condensation).
+
+    Parameters
+    ----------
+    reduced : Reduced
+        One or two modes with a tone each.
+    coefficients : {str: float}
+        alpha [kg^-1/2 m^-1 s^-2] by three letters, gamma [kg^-1 m^-2 s^-2] by four letters, as
+        {"AAA": 2e4, "AAAA": 1e8, "AABB": 3e7}. A coefficient is the same for each order of its
+        letters, because the forces have a potential: the force on A has 3 gamma_AABB q_A q_B^2.
+        Coefficients that are not given are 0.
+
+    Returns
+    -------
+    Reduced
+        Model with `quadratic` and `cubic`.
+
+    Raises
+    ------
+    SlipmodeError
+        If a coefficient is not allowed, or two orders of its letters differ. If the formulation is
+        "paper", or modes share a tone.
+
+    Notes
+    -----
+    In the slow flow they are the stiffness sum_k h_jk |a_k|^2 of mode j, with h_jj = 3 gamma_jjjj
+    and h_jk = 6 gamma_jjkk. Quadratic coefficients add to h to second order, for one mode -10/3
+    alpha^2 / omega^2. Harmonics of the modes due to the coefficients are not part of the motion.
+    `rom.tabulate` refuses amplitudes at which a mode becomes unstable, and modes that the
+    coefficients couple near a ratio of 1:1, 1:2 or 1:3. See "Nonlinear stiffness" in
+    docs/theory.md.
+
+    Examples
+    --------
+    >>> reduced = rom.reduce(rom.two_mass(), modes=(0,))
+    >>> stiffer = rom.with_nonlinear_stiffness(reduced, {"AAAA": 0.01})
+    >>> model = rom.tabulate(stiffer, rom.Coulomb(2.0), amplitude=(4.0,))
+    >>> rom.backbone(model, amplitude=[1.0, 3.0]).frequency.round(3)
+    array([1.015, 1.112])
+    """
+    if reduced.formulation == "paper" or reduced.tone_numbers or reduced.ratio:
+        raise SlipmodeError(
+            "coefficients: must be of one or two modes with a tone each, in the formulation "
+            "'consistent'"
+        )
+    quadratic, cubic = coefficient_tensors(coefficients, len(reduced.modes))
+    return replace(reduced, quadratic=quadratic, cubic=cubic)
+
+
+def refuse_nonlinear_stiffness(reduced: Reduced, name: str, advice: str) -> None:
+    """Raise SlipmodeError if the modes have nonlinear stiffness, which `name` neglects."""
+    if reduced.cubic is not None:
+        raise SlipmodeError(f"nonlinear stiffness: {name} does not include it; {advice}")
 
 
 def coefficient_tensors(coefficients: Mapping[str, float], modes: int) -> tuple[Floats, Floats]:
@@ -71,11 +129,16 @@ def coefficient_tensors(coefficients: Mapping[str, float], modes: int) -> tuple[
     return np.nan_to_num(tensors[3]), np.nan_to_num(tensors[4])
 
 
-def hardening(frequency: Floats, quadratic: Floats, cubic: Floats) -> tuple[Floats, Floats]:
-    """Return the parts of h (modes, modes) due to cubic and to quadratic terms.
+def hardening(reduced: Reduced) -> Floats:
+    """Return h_jk, the stiffness of mode j per |a_k|^2, (modes, modes) [kg^-1 m^-2 s^-2]."""
+    if reduced.quadratic is None or reduced.cubic is None:
+        return np.zeros((len(reduced.modes), len(reduced.modes)))
+    by_cubic, by_quadratic = _parts(reduced.frequency, reduced.quadratic, reduced.cubic)
+    return np.asarray(by_cubic + by_quadratic)
 
-    `frequency` (modes,) has the natural frequencies [rad/s].
-    """
+
+def _parts(frequency: Floats, quadratic: Floats, cubic: Floats) -> tuple[Floats, Floats]:
+    """Return the parts of h due to cubic and to quadratic terms; frequencies (modes,) [rad/s]."""
     modes = np.arange(len(frequency))
     square, alpha = frequency**2, quadratic
     by_cubic, by_quadratic = np.zeros((2, len(modes), len(modes)))
@@ -117,7 +180,7 @@ def check_amplitude_range(reduced: Reduced, largest: Floats) -> None:
         return
     coefficients = reduced.frequency, reduced.quadratic, reduced.cubic
     _refuse_resonances(*coefficients, largest)
-    parts = hardening(*coefficients)
+    parts = _parts(*coefficients)
     square = reduced.frequency**2
     # The restoring force of q = 2 |a| vanishes where 4/3 h_jj |a_j|^2 + 2 h_jk |a_k|^2 is -omega^2
     peak = np.where(np.eye(square.size) > 0.0, 4.0 / 3.0, 2.0)
