@@ -71,12 +71,7 @@ def period(alpha, gamma, top):
 @pytest.mark.oracle
 @pytest.mark.parametrize(
     ("alpha", "gamma", "top", "error"),
-    [
-        (0.0, 1.0, 0.6, 1.2e-3),  # 1.0e-3
-        (0.0, -1.0, 0.5, 1.3e-3),  # 1.1e-3
-        (1.0, 0.0, 0.2, 1e-3),
-        (1.0, 2.0, 0.24, 7e-3),
-    ],
+    [(0.0, 1.0, 0.6, 1.2e-3), (0.0, -1.0, 0.5, 1.3e-3), (1.0, 2.0, 0.24, 7e-3)],  # 1.0, 1.1, 6.8
 )
 def test_backbones_of_stuck_contacts_have_the_frequency_of_a_closed_form(alpha, gamma, top, error):
     made = rom.reduce(rom.two_mass(beta=1e-6), (0,))  # 1 rad/s
@@ -115,11 +110,7 @@ def test_quadratic_terms_of_two_modes_shift_both_frequencies(coefficients):
 @pytest.mark.oracle
 @pytest.mark.parametrize(
     ("cubic", "detuning", "local", "error"),
-    [
-        (5e7, 0.99, True, 8e-3),  # 0.52 %: other modes follow the spring
-        (5e7, 0.99, False, 2e-3),  # 0.12 %
-        (2e8, 0.98, False, 0.01),  # 0.67 %
-    ],
+    [(5e7, 0.99, True, 8e-3), (2e8, 0.98, False, 0.01)],  # 0.52 (other modes follow), 0.67 %
 )
 def test_steady_states_harden_beside_friction_as_in_full_order(cubic, detuning, local, error):
     made = reduced((0,), cubic)
@@ -135,10 +126,9 @@ def test_steady_states_harden_beside_friction_as_in_full_order(cubic, detuning, 
     assert found == pytest.approx(exact, rel=error)
     linear = rom.tabulate(reduced((0,), 0.0), LAW, (RANGE[0],))
     assert abs(rom.steady(linear, omega, [force]) / found - 1.0) > 0.1
-    if detuning == 0.98:
-        ends = (0.99 * omega[0], 1.01 * omega[0])
-        a, stable = rom.response_curve(model, omega, [force], "frequency_A", ends).at(omega[0])
-        assert a[stable, 0] == pytest.approx(found, rel=1e-3)
+    ends = (0.99 * omega[0], 1.01 * omega[0])
+    a, stable = rom.response_curve(model, omega, [force], "frequency_A", ends).at(omega[0])
+    assert a[stable, 0] == pytest.approx(found, rel=1e-3)
 
 
 @pytest.mark.oracle
@@ -148,12 +138,8 @@ def test_two_modes_harden_each_other_as_in_full_order():
     model = rom.tabulate(made, LAW, 1.6 * a, tolerance=0.01)
     mode = [rom.backbone(model, j, a[1 - j], amplitude=[a[j]]) for j in (0, 1)]
     omega = 0.98 * np.array([each.frequency[0] for each in mode])
-    size = [
-        4.0 * each.damping[0] * each.frequency[0] ** 2 * x for each, x in zip(mode, a, strict=True)
-    ]
-    forces = (np.array(size) / np.diag(made.mode_shapes[[2, 1]]))[:, np.newaxis] * np.eye(SIZE)[
-        [2, 1]
-    ]
+    size = a * [4.0 * each.damping[0] * each.frequency[0] ** 2 for each in mode]
+    forces = np.diag(size / np.diag(made.mode_shapes[[2, 1]])) @ np.eye(SIZE)[[2, 1]]
     found = rom.steady(model, omega, list(forces))
     h = 2.0 * np.pi / omega[1] / 100
     y = march(np.zeros(SIZE), lambda t: np.cos(omega * t) @ forces, h, 30000, along_modes(made))
@@ -174,31 +160,18 @@ def test_a_decay_has_the_frequency_and_damping_of_full_order(tmp_path):
     decay = run(model, [np.eye(SIZE)[2]], t, start=a, frequency_A=made.frequency[0])
     q = 2.0 * (amplitudes(decay)[:, 0] * np.exp(1j * decay["theta_A"])).real
     exact = (y @ M @ made.mode_shapes[:, 0])[1:]
-    assert relative_rms(q, exact) < 0.02  # 1.8 %; frequency and amplitude fall by a tenth
+    assert relative_rms(q, exact) < 0.02  # 1.8 %
 
 
 SCENE = """
-[structure]
-model = "two-mass"
-[friction]
-law = "coulomb"
-limit = 2.0
-[modes]
-A = 0
-B = 1
-[forcing]
-A = { dof = 0, amplitude = 0.15, frequency = 1.03 }
-B = { dof = 1, amplitude = 0.25, frequency = 1.7 }
-[nonlinear_stiffness]
-AAAA = 0.004
-AABB = 0.02
-BBBB = 0.01
-[run]
-duration = 300
-step = 3
-[model]
-amplitude = [4.0, 1.5]
-tolerance = 0.01
+structure.model = "two-mass"
+friction = { law = "coulomb", limit = 2.0 }
+modes = { A = 0, B = 1 }
+forcing.A = { dof = 0, amplitude = 0.15, frequency = 1.03 }
+forcing.B = { dof = 1, amplitude = 0.25, frequency = 1.7 }
+nonlinear_stiffness = { AAAA = 0.004, AABB = 0.02, BBBB = 0.01 }
+run = { duration = 300, step = 3 }
+model = { amplitude = [4.0, 1.5], tolerance = 0.01 }
 """
 
 
@@ -212,7 +185,7 @@ def test_a_scene_and_its_fmu_harden_alike(tmp_path):
     np.testing.assert_array_equal(made[0][2], made[1][2])
     plan = runner.make_plan(scene)
     np.testing.assert_allclose(hardening(plan.excited.reduced), [[0.012, 0.12], [0.12, 0.03]])
-    B = SCENE.replace("A = { dof = 0, amplitude = 0.15", "A = { dof = 0, amplitude = 0.0")
+    B = SCENE.replace("amplitude = 0.15", "amplitude = 0.0")
     alone = runner.make_plan(runner.parse_scene(B, "."))
     np.testing.assert_allclose(hardening(alone.excited.reduced), [[0.03]])
 
@@ -238,22 +211,15 @@ def test_coefficients_of_static_cases_are_those_of_the_spring(enforced):
         rom.fit_nonlinear_stiffness(made, u[:3], forces[:3])
 
 
-@pytest.mark.parametrize(
-    ("coefficients", "message"),
-    [
-        ({"AAB": 1.0}, "AAB: must be three or four of the letters A"),
-        ({"AAAA": np.nan}, "AAAA: must be 0 or 1e-30"),
-    ],
-)
-def test_coefficients_that_are_not_of_the_modes_are_refused(coefficients, message):
-    with pytest.raises(rom.SlipmodeError, match=message):
-        rom.with_nonlinear_stiffness(rom.reduce(rom.two_mass(), (0,)), coefficients)
-
-
 def test_what_is_not_modelled_is_refused():
     two = rom.reduce(rom.two_mass())
-    with pytest.raises(rom.SlipmodeError, match="AABA = 2: other orders of these letters have 1"):
-        rom.with_nonlinear_stiffness(two, {"AAAB": 1.0, "AABA": 2.0})
+    for coefficients, message in (
+        ({"AAAB": 1.0, "AABA": 2.0}, "AABA = 2: other orders of these letters have 1"),
+        ({"AAC": 1.0}, "AAC: must be three or four of the letters A, B"),
+        ({"AAAA": np.nan}, "AAAA: must be 0 or 1e-30"),
+    ):
+        with pytest.raises(rom.SlipmodeError, match=message):
+            rom.with_nonlinear_stiffness(two, coefficients)
     three = rom.Structure(np.eye(3), np.diag([1.0, 9.3, 20.0]), contact=(2,))
     with pytest.raises(rom.SlipmodeError, match=r"3 omega_A is 1.6 % from omega_B"):
         made = rom.with_nonlinear_stiffness(rom.reduce(three), {"AAAB": 1.0})
