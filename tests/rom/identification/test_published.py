@@ -117,10 +117,7 @@ def test_levels_that_were_left_out_are_predicted_within_their_bands(tests):
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore")
 def test_decays_of_a_panel_predict_another_one_and_the_peaks_of_responses():
-    """Both modes between 90 and 205 Hz, from 0.09 s on; record 1 has hardly any of mode A.
-
-    Harmonics of the modes, a quarter of the signal at first, are not part of the slow flow.
-    """
+    """Of both modes from 0.09 s on, without their harmonics; record 1 is excluded by `identify`."""
     signals = scipy.io.loadmat(PANEL)["xData3DOFs"][:, 1]
     records = [rom.Record(str(i), signal, 1e4) for i, signal in enumerate(signals)]
     data = rom.Measurement(records, "displacement", "m", ("1", "2", "3"))
