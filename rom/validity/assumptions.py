@@ -13,7 +13,7 @@ import numpy as np
 
 from slipmode.rom.arrays import Flags, Floats
 from slipmode.rom.errors import Finding, SlipmodeError
-from slipmode.rom.frequencies import carrier_findings, check_carrier
+from slipmode.rom.frequencies import carrier_findings, check_carrier, spin_of
 from slipmode.rom.laws.directions import skewed_directions
 from slipmode.rom.laws.friction import Friction
 from slipmode.rom.reduction.combination import CombinationResonance
@@ -34,7 +34,8 @@ def check_carriers(reduced: Reduced, frequency: Floats, forced: Flags) -> None:
     `forced` is (modes,). The frequencies of two forced modes must differ.
     """
     for j in np.flatnonzero(forced):
-        check_carrier("frequency", "AB"[j], float(reduced.frequency[j]), frequency[..., j])
+        omega, spin = float(reduced.frequency[j]), spin_of(reduced.spin, j)
+        check_carrier("frequency", "AB"[j], omega, frequency[..., j], spin=spin)
     if np.count_nonzero(forced) == 2 and carriers_meet(frequency[..., np.newaxis, :]).any():
         raise SlipmodeError(
             "frequency: the frequencies of modes A and B must differ at each point; modes of one "

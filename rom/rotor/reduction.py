@@ -1,0 +1,146 @@
+"""A reduced model of a rotor, whose natural frequencies follow the rotor speed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from slipmode.rom.arrays import Floats, as_floats, in_one_line
+from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.frequencies import RPM
+from slipmode.rom.laws.contacts import Elastic
+from slipmode.rom.reduction.reduced import Reduced
+from slipmode.rom.reduction.reduction import reduce
+from slipmode.rom.rotor.rotating import RotatingStructure
+from slipmode.rom.short_repr import percentage
+from slipmode.rom.structure.matrices import as_dense, projection
+
+# Largest errors within the range of speeds that a model may have [-]: of a natural frequency, and
+# of a mode shape or its motion at the contacts.
+LARGEST_FREQUENCY_ERROR, LARGEST_SHAPE_ERROR = 1e-3, 0.05
+_CHECKED = 5  # speeds of the range at which the errors are measured; one is the reference speed
+_EDGE = 1e-9  # of the range of forcing frequencies, for rounding of schedules
+
+
+def reduce_rotating(
+    rotor: RotatingStructure,
+    modes: Sequence[int],
+    engine_orders: Sequence[float],
+    speeds: tuple[float, float],
+    law: Elastic | None = None,
+    **options: Any,
+) -> Reduced:
+    """Return a rotor reduced to one or two modes, whose frequencies follow the rotor speed.
+
+    The rotor speed is the forcing frequency divided by the engine order. In response curves, runs,
+    components and FMUs, omega_j^2 = omega_j0^2 + n^2 phi_j^T K_1 phi_j at each speed n. Mode
+    shapes, contacts and damping are those in the middle of the range of speeds.
+
+    Parameters
+    ----------
+    rotor : RotatingStructure
+        Rotor with n DOFs and N_c contact DOFs.
+    modes : sequence of int
+        One or two modes with stuck contacts at the middle speed, as in `rom.reduce`.
+    engine_orders : sequence of float
+        Forcing frequency of each mode relative to the rotor speed, > 0; one for two modes with a
+        `ratio`.
+    speeds : (float, float)
+        Lowest and highest rotor speed [rad/s]. Other forcing frequencies are refused later.
+    law : elastic law, optional
+        Law of the contacts, as in `rom.reduce`. Default: rigid friction.
+    **options
+        `force_patterns`, `aerodynamics`, `ratio`, `smallest_response`, `warned` or `progress` of
+        `rom.reduce`.
+
+    Returns
+    -------
+    Reduced
+        Reduced model at the middle speed, with `spin`.
+
+    Raises
+    ------
+    SlipmodeError
+        If the range of speeds is so wide that a natural frequency is more than 0.1 % off, or a
+        mode shape or its motion at the contacts changes by more than 5 %. If gyroscopic forces,
+        which the model neglects, change a frequency by more than 0.1 %.
+
+    Examples
+    --------
+    >>> mass = rom.Structure([[1.0]], [[4.0]], contact=[0])
+    >>> rotor = rom.RotatingStructure(mass, [[2.0]])
+    >>> law = rom.Jenkins(1.0, 12.0)
+    >>> reduced = rom.reduce_rotating(rotor, [0], [3.0], (1.2, 1.6), law)
+    >>> reduced.frequency.round(3), reduced.spin.round(3)
+    (array([4.234]), array([[0.222, 3.   , 3.6  , 4.8  ]]))
+    """
+    low, high = _checked_speeds(speeds)
+    middle = 0.5 * (low + high)
+    orders = as_floats("engine_orders", list(engine_orders))
+    if orders.ndim != 1 or not np.all((orders > 0.0) & np.isfinite(orders)):
+        raise SlipmodeError(
+            f"engine_orders: must be numbers > 0, one per mode, got {in_one_line(engine_orders)}"
+        )
+    for key in ("tones", "carrier", "formulation"):
+        if key in options:
+            raise SlipmodeError(f"{key}: must be left out for a rotor; see rom.reduce_rotating")
+    carrier = (middle * orders).tolist()
+    reduced = reduce(rotor.at_speed(middle), modes, law=law, carrier=carrier, **options)
+    shapes = reduced.mode_shapes
+    rise = np.diag(projection(shapes, rotor.spin_stiffness, shapes))
+    _check_errors(rotor, reduced, rise, np.linspace(low, high, _CHECKED), law)
+    per_speed = reduced.carrier / middle
+    edges = np.outer(per_speed, [low * (1.0 - _EDGE), high * (1.0 + _EDGE)])
+    return replace(reduced, spin=np.column_stack((rise / per_speed**2, per_speed, edges)))
+
+
+def _checked_speeds(speeds: tuple[float, float]) -> tuple[float, float]:
+    given = as_floats("speeds", list(speeds))
+    if given.shape != (2,) or not 0.0 <= given[0] < given[1] < np.inf:
+        raise SlipmodeError(f"speeds: must be two numbers >= 0, ascending [rad/s], got {speeds}")
+    low, high = given.tolist()
+    return low, high
+
+
+def _check_errors(
+    rotor: RotatingStructure, reduced: Reduced, rise: Floats, speeds: Floats, law: Elastic | None
+) -> None:
+    """Refuse speeds at which the modes differ too much from the modes of the reduced model."""
+    followed = rotor.modes(speeds.tolist(), law, max(reduced.modes) + 2)
+    middle = speeds.size // 2
+    inertia = as_dense(rotor.structure.mass @ reduced.mode_shapes).T
+    of = np.abs(inertia @ followed.shapes[middle]).argmax(axis=1)
+    square = reduced.structural_frequency**2 + np.outer(speeds**2 - speeds[middle] ** 2, rise)
+    off = np.abs(np.sqrt(np.maximum(square, 0.0)) / followed.frequency[:, of] - 1.0)
+    if off[middle].max() > LARGEST_FREQUENCY_ERROR:
+        raise SlipmodeError(
+            f"gyroscopic: changes the frequency of mode {reduced.modes[off[middle].argmax()]} by "
+            f"{percentage(off[middle].max())} at {speeds[middle] / RPM:.5g} rpm, allowed: "
+            f"{percentage(LARGEST_FREQUENCY_ERROR)}, because reduced models neglect gyroscopic "
+            "forces; RotatingStructure.modes includes them"
+        )
+    changes = []
+    for shapes in followed.shapes[:, :, of]:
+        product = np.einsum("jn,nj->j", inertia, shapes)
+        difference = shapes * (product.conj() / np.abs(product)) - reduced.mode_shapes
+        changes.append(np.sqrt(np.maximum(2.0 - 2.0 * np.abs(product), 0.0)))
+        if law is not None:
+            W = as_dense(rotor.structure.directions).T
+            own = np.linalg.norm(W @ reduced.mode_shapes, axis=0)
+            moved = np.linalg.norm(W @ difference, axis=0)
+            changes.append(np.divide(moved, own, out=np.zeros_like(own), where=own > 0.0))
+    changed = np.array(changes)
+    for error, allowed, what in (
+        (off, LARGEST_FREQUENCY_ERROR, "natural frequency"),
+        (changed, LARGEST_SHAPE_ERROR, "shape"),
+    ):
+        if error.max() > allowed:
+            mode = reduced.modes[np.unravel_index(error.argmax(), error.shape)[1]]
+            raise SlipmodeError(
+                f"speeds: the {what} of mode {mode} is up to {percentage(error.max())} off from "
+                f"{speeds[0]:g} to {speeds[-1]:g} rad/s, allowed: {percentage(allowed)}; give a "
+                "narrower range, one for each resonance"
+            )
