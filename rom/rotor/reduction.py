@@ -10,11 +10,12 @@ import numpy as np
 
 from slipmode.rom.arrays import Floats, as_floats, in_one_line
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.frequencies import RPM
+from slipmode.rom.frequencies import RPM, check_carrier
 from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.reduction.reduction import reduce
 from slipmode.rom.rotor.rotating import RotatingStructure
+from slipmode.rom.rotor.speed_modes import SpeedModes
 from slipmode.rom.short_repr import percentage
 from slipmode.rom.structure.matrices import as_dense, projection
 
@@ -75,7 +76,7 @@ def reduce_rotating(
     >>> law = rom.Jenkins(1.0, 12.0)
     >>> reduced = rom.reduce_rotating(rotor, [0], [3.0], (1.2, 1.6), law)
     >>> reduced.frequency.round(3), reduced.spin.round(3)
-    (array([4.234]), array([[0.222, 3.   , 3.6  , 4.8  ]]))
+    (array([4.463]), array([[0.222, 3.   , 3.6  , 4.8  ]]))
     """
     low, high = _checked_speeds(speeds)
     middle = 0.5 * (low + high)
@@ -84,33 +85,46 @@ def reduce_rotating(
         raise SlipmodeError(
             f"engine_orders: must be numbers > 0, one per mode, got {in_one_line(engine_orders)}"
         )
+    if orders.size != (len(modes) if options.get("ratio") is None else 1):
+        raise SlipmodeError(f"engine_orders: must be one per mode, got {orders.size}")
     for key in ("tones", "carrier", "formulation"):
         if key in options:
             raise SlipmodeError(f"{key}: must be left out for a rotor; see rom.reduce_rotating")
+    checked = np.linspace(low, high, _CHECKED).tolist()
+    followed = rotor.modes(checked, law, max(modes) + 2)
     carrier = (middle * orders).tolist()
     reduced = reduce(rotor.at_speed(middle), modes, law=law, carrier=carrier, **options)
     shapes = reduced.mode_shapes
     rise = np.diag(projection(shapes, rotor.spin_stiffness, shapes))
-    _check_errors(rotor, reduced, rise, np.linspace(low, high, _CHECKED), law)
+    _check_errors(rotor, reduced, rise, followed, law)
     per_speed = reduced.carrier / middle
     edges = np.outer(per_speed, [low * (1.0 - _EDGE), high * (1.0 + _EDGE)])
-    return replace(reduced, spin=np.column_stack((rise / per_speed**2, per_speed, edges)))
+    found = replace(reduced, spin=np.column_stack((rise / per_speed**2, per_speed, edges)))
+    for edge in edges.T:
+        for name, omega, each in zip("AB", found.natural_at(edge).tolist(), edge, strict=False):
+            check_carrier("engine_orders * speeds", name, omega, each)
+    return found
 
 
 def _checked_speeds(speeds: tuple[float, float]) -> tuple[float, float]:
     given = as_floats("speeds", list(speeds))
     if given.shape != (2,) or not 0.0 <= given[0] < given[1] < np.inf:
-        raise SlipmodeError(f"speeds: must be two numbers >= 0, ascending [rad/s], got {speeds}")
+        raise SlipmodeError(
+            f"speeds: must be two numbers >= 0, ascending [rad/s], got {in_one_line(speeds)}"
+        )
     low, high = given.tolist()
     return low, high
 
 
 def _check_errors(
-    rotor: RotatingStructure, reduced: Reduced, rise: Floats, speeds: Floats, law: Elastic | None
+    rotor: RotatingStructure,
+    reduced: Reduced,
+    rise: Floats,
+    followed: SpeedModes,
+    law: Elastic | None,
 ) -> None:
     """Refuse speeds at which the modes differ too much from the modes of the reduced model."""
-    followed = rotor.modes(speeds.tolist(), law, max(reduced.modes) + 2)
-    middle = speeds.size // 2
+    speeds, middle = followed.speed, followed.speed.size // 2
     inertia = as_dense(rotor.structure.mass @ reduced.mode_shapes).T
     of = np.abs(inertia @ followed.shapes[middle]).argmax(axis=1)
     square = reduced.structural_frequency**2 + np.outer(speeds**2 - speeds[middle] ** 2, rise)

@@ -7,7 +7,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from slipmode.rom.arrays import as_floats, as_number, check_count
+from slipmode.rom.arrays import as_floats, as_number, check_count, in_one_line
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.rotor.speed_modes import ModesAtSpeed, SpeedModes, follow
@@ -162,7 +162,7 @@ class RotatingStructure:
         """
         given = as_floats("speeds", list(speeds))
         if given.ndim != 1 or not given.size or not np.all(np.diff(given) > 0.0):
-            raise SlipmodeError(f"speeds: must be ascending [rad/s], got {speeds}")
+            raise SlipmodeError(f"speeds: must be ascending [rad/s], got {in_one_line(speeds)}")
         check_count("n", n)
         every = [self._modes_at(speed, law, n + _OTHERS) for speed in given.tolist()]
         return follow(given, every, self.structure.mass, n)
@@ -173,7 +173,9 @@ class RotatingStructure:
             structure = self.at_speed(speed)
             omega, shapes = _held(structure, law).modes(count)
         except SlipmodeError as error:
-            raise SlipmodeError(f"speeds: at {speed:g} rad/s, {error}") from None
+            raise SlipmodeError(
+                f"speeds: at {speed:g} rad/s, {error} (spin softening may exceed the stiffness)"
+            ) from None
         if self.gyroscopic is None:
             return omega, shapes
         # q'' + n G q' + omega^2 q = 0 for the modes without G; its solutions are exp(i nu t)
