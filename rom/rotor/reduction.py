@@ -92,12 +92,12 @@ def reduce_rotating(
             raise SlipmodeError(f"{key}: must be left out for a rotor; see rom.reduce_rotating")
     checked = np.linspace(low, high, _CHECKED).tolist()
     followed = rotor.modes(checked, law, max(modes) + 2)
-    carrier = (middle * orders).tolist()
-    reduced = reduce(rotor.at_speed(middle), modes, law=law, carrier=carrier, **options)
+    reduced = reduce(rotor.at_speed(middle), modes, law=law, **options)
+    per_speed = reduced.carriers(orders)
+    reduced = reduced.at_carrier((middle * per_speed).tolist())
     shapes = reduced.mode_shapes
     rise = np.diag(projection(shapes, rotor.spin_stiffness, shapes))
     _check_errors(rotor, reduced, rise, followed, law)
-    per_speed = reduced.carrier / middle
     edges = np.outer(per_speed, [low * (1.0 - _EDGE), high * (1.0 + _EDGE)])
     found = replace(reduced, spin=np.column_stack((rise / per_speed**2, per_speed, edges)))
     for edge in edges.T:

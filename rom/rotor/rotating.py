@@ -158,7 +158,8 @@ class RotatingStructure:
         ------
         SlipmodeError
             If the speeds are not ascending, the structure has no positive stiffness at a speed, or
-            a shape changes so much between two speeds that its mode cannot be followed.
+            a shape changes so much between two speeds that its mode cannot be followed. Modes of
+            equal frequencies at rest, which gyroscopic forces mix, are followed from above 0.
         """
         given = as_floats("speeds", list(speeds))
         if given.ndim != 1 or not given.size or not np.all(np.diff(given) > 0.0):

@@ -1,0 +1,207 @@
+"""Rotors: frequencies over speeds, and models whose frequencies follow the rotor speed.
+
+The oracle is a beam of unit length, mass and bending stiffness that rotates about its clamped end,
+assembled anew at each speed, and the average-acceleration rule with an exact Jenkins element.
+"""
+
+import numpy as np
+import pytest
+import scipy
+
+from slipmode import fmu, rom, runner
+
+# Flapwise frequencies of modes 0 and 1 at speeds 0, 2, ..., 10: A. D. Wright et al., J. Appl.
+# Mech. 49 (1982).
+WRIGHT = np.array([[3.5160, 4.1373, 5.5850, 7.3604, 9.2568, 11.2023]]).T
+WRIGHT = np.hstack((WRIGHT, [[22.0345], [22.6149], [24.2733], [26.8091], [29.9954], [33.6404]]))
+CONTACT, TIP, ORDER, FORCE, BETA = 2, 6, 2.0, 0.2, 0.0017
+LAW = rom.Jenkins(limit=1.0, stiffness=3.0)
+LOW, HIGH = SPEEDS = 2.04, 2.39  # around the crossing with the engine order
+FORCES = [{TIP: 1.0}]
+
+
+def beam(elements, speed, chordwise=False):
+    """Mass and stiffness of the rotating beam, without its clamped DOFs."""
+    h, size = 1.0 / elements, 2 * elements + 2
+    M, K = np.zeros((size, size)), np.zeros((size, size))
+    s, w = np.polynomial.legendre.leggauss(5)
+    s, w = 0.5 * s + 0.5, 0.5 * w * h
+    # Cubic polynomials of the displacements and rotations of both ends, highest power first
+    ends = [2, -3, 0, 1], [h, -2 * h, h, 0], [-2, 3, 0, 0], [h, -h, 0, 0]
+    cubics = [np.poly1d(coefficients) for coefficients in ends]
+    shape, slope, bend = (np.array([c.deriv(k)(s) for c in cubics]) / h**k for k in range(3))
+    for e in range(elements):
+        dofs, tension = slice(2 * e, 2 * e + 4), 0.5 * speed**2 * (1.0 - (h * (e + s)) ** 2)
+        M[dofs, dofs] += (shape * w) @ shape.T
+        K[dofs, dofs] += (bend * w) @ bend.T + (slope * w * tension) @ slope.T
+    return M[2:, 2:], (K - chordwise * speed**2 * M)[2:, 2:]
+
+
+def rotor_of(elements, chordwise=False):
+    """The rotor of two exports, at rest and at speed 1."""
+    (M, K_0), (_, K) = beam(elements, 0.0), beam(elements, 1.0, chordwise)
+    rest = rom.Structure(M, K_0, BETA, contact=[CONTACT])
+    return rom.RotatingStructure.from_speeds(rest, rom.Structure(M, K, contact=[CONTACT]), 1.0)
+
+
+@pytest.fixture(scope="module")
+def model():
+    reduced = rom.reduce_rotating(rotor_of(4), [0], [ORDER], SPEEDS, LAW)
+    return rom.tabulate(reduced, LAW, amplitude=(3.0,), harmonics=5, detuning=True)
+
+
+@pytest.mark.oracle
+@pytest.mark.parametrize("chordwise", [False, True])
+def test_frequencies_of_a_rotating_beam_follow_the_speed(chordwise):
+    rotor, speeds = rotor_of(10, chordwise), np.arange(11.0)
+    found = rotor.modes(speeds, rom.Jenkins(1.0, 1e-9), 2)
+    for speed, frequency in zip(speeds, found.frequency, strict=True):
+        squares = scipy.linalg.eigh(*beam(10, speed, chordwise)[::-1], eigvals_only=True)[:2]
+        np.testing.assert_allclose(frequency, np.sqrt(squares), rtol=1e-8)
+    published = np.sqrt(WRIGHT**2 - chordwise * speeds[::2, np.newaxis] ** 2)
+    np.testing.assert_allclose(found.frequency[::2], published, rtol=2e-4)  # 1.1e-4
+    crossing = found.crossings(ORDER)[0]
+    squares = scipy.linalg.eigh(*beam(10, crossing, chordwise)[::-1], eigvals_only=True)
+    assert np.sqrt(squares[0]) == pytest.approx(ORDER * crossing, rel=2e-4)
+
+
+@pytest.mark.oracle
+def test_a_reduced_model_has_the_frequencies_of_full_assembly_at_ten_speeds(model):
+    for speed in np.linspace(*SPEEDS, 10):
+        M, K = beam(4, speed)
+        K[CONTACT, CONTACT] += LAW.stiffness
+        full = np.sqrt(scipy.linalg.eigh(K, M, eigvals_only=True)[0])
+        assert model.reduced.natural_at(np.array([ORDER * speed]))[0] == pytest.approx(full, 1e-4)
+
+
+@pytest.mark.oracle
+def test_modes_with_gyroscopic_forces_are_whirls():
+    """A mass on equal springs, seen from the rotor: its frequencies are omega -+ speed."""
+    mass = rom.Structure(np.eye(2), 3.0 * np.eye(2), contact=[0, 1])
+    rotor = rom.RotatingStructure(mass, -np.eye(2), [[0.0, -2.0], [2.0, 0.0]])
+    speeds = [0.1, 0.5, 1.0, 1.5]
+    found = rotor.modes(speeds, rom.Jenkins(1.0, 1.0), 2)
+    np.testing.assert_allclose(found.frequency, [[2.0 - n, 2.0 + n] for n in speeds], rtol=1e-9)
+
+
+def sweep(model, duration, steps, **options):
+    """Outputs while the rotor runs up through the resonance."""
+    c = fmu.Component(model, FORCES, mode_names=("A",), **options)
+    rate = ORDER * (HIGH - LOW) / duration
+    c.set_inputs(force_A=FORCE, frequency_A=ORDER * LOW, frequency_rate_A=rate)
+    found = []
+    for k in range(steps):
+        c.do_step(k * duration / steps, duration / steps)
+        found.append(c.outputs())
+    return {name: np.array([each[name] for each in found]) for name in found[0]}
+
+
+def full_order(duration, steps):
+    """Displacement of the tip (steps + 1,) while K(speed) changes in time."""
+    (M, K_0), (_, K) = beam(4, 0.0), beam(4, 1.0)
+    K_1, C, h, k_t = K - K_0, BETA * K_0, duration / steps, LAW.stiffness
+    unit, q, slider = np.eye(8), 0.25 * h * h, 0.0
+    x, v, a, tip = np.zeros(8), np.zeros(8), np.linalg.solve(M, FORCE * unit[TIP]), [0.0]
+    for k in range(1, steps + 1):
+        rise = (HIGH - LOW) * k / steps
+        K = K_0 + (LOW + rise) ** 2 * K_1
+        x, v = x + h * v + q * a, v + 0.5 * h * a
+        f = FORCE * np.cos(ORDER * (LOW + 0.5 * rise) * k * h) * unit[TIP] - C @ v - K @ x
+        load = np.column_stack((f, unit[CONTACT]))
+        free, by_contact = np.linalg.solve(M + 0.5 * h * C + q * K, load).T
+        stuck = (
+            k_t * (x[CONTACT] + q * free[CONTACT] - slider) / (1 + k_t * q * by_contact[CONTACT])
+        )
+        g = min(max(stuck, -LAW.limit), LAW.limit)
+        a = free - g * by_contact
+        x, v = x + q * a, v + 0.5 * h * a
+        slider = slider if g == stuck else x[CONTACT] - g / k_t
+        tip.append(x[TIP])
+    return np.array(tip)
+
+
+@pytest.mark.oracle
+def test_a_run_up_through_resonance_is_within_1_percent_of_full_order(model):
+    duration, steps, every = 210.0, 300, 150
+    tip = full_order(duration, steps * every)
+    exact, options = tip[every::every], {"contact": True, "elastic": [TIP]}
+    found = sweep(model, duration, steps, **options)
+    off = np.linalg.norm(found[f"x_{TIP}"] - exact) / np.linalg.norm(exact)
+    assert off < 0.01  # 0.0045
+    largest = 2.0 * np.hypot(found["A_re"], found["A_im"]).max()
+    largest *= abs(model.reduced.mode_shapes[TIP, 0])
+    assert largest == pytest.approx(np.abs(tip).max(), rel=0.01)
+    constant = rom.reduce(rotor_of(4).at_speed(0.5 * (LOW + HIGH)), (0,), law=LAW)
+    constant = rom.tabulate(constant, LAW, amplitude=(3.0,), harmonics=5, detuning=True)
+    found = sweep(constant, duration, steps, **options)
+    assert np.linalg.norm(found[f"x_{TIP}"] - exact) > 0.2 * np.linalg.norm(exact)
+
+
+def test_steady_states_of_two_modes_are_those_at_constant_speeds():
+    rotor = rom.RotatingStructure(rom.two_mass(0.01), np.diag([1.0, 1.5, 0.2, 0.2]))
+    orders, law, forces = np.array([2.0, 3.4]), rom.Coulomb(2.0), [{0: 0.15}, {1: 0.25}]
+    reduced = rom.reduce_rotating(rotor, [0, 1], orders, (0.52, 0.62))
+    model = rom.tabulate(reduced, law, amplitude=(3.2, 1.0), tolerance=5e-3)
+    for speed in (0.55, 0.57, 0.59):
+        there = rom.reduce(rotor.at_speed(speed), carrier=orders * speed)
+        exact = rom.steady_state(there, law, orders * speed, forces).amplitude
+        found = rom.steady(model, orders * speed, forces)
+        assert np.all(np.abs(found - exact) < 2e-3 * np.abs(exact))  # 1.2e-3
+
+
+SCENE = """model = {{file = "rotor.npz"}}
+forcing.A = {{dof = 6, amplitude = 0.2, engine_order = {}, rotor_speed = {}}}
+run = {{duration = 60.0, step = 2.0}}
+log = {{rerun = false}}
+"""
+
+
+def test_a_saved_model_its_fmu_and_its_scene_follow_the_speed(model, tmp_path):
+    model.save(tmp_path / "rotor.npz")
+    own = rom.Model.load(tmp_path / "rotor.npz")
+    exact = sweep(own, 60.0, 30)["A_re"]
+    path = fmu.export(own, tmp_path / "rotor.fmu", FORCES, mode_names=("A",))
+    rate = ORDER * (HIGH - LOW) / 60.0
+    start = {"force_A": FORCE, "frequency_A": ORDER * LOW, "frequency_rate_A": rate}
+    options = {"start_values": start, "stop_time": 60.0, "output_interval": 2.0}
+    found = pytest.importorskip("fmpy").simulate_fmu(path, output=["A_re"], **options)
+    np.testing.assert_allclose(found["A_re"][1:], exact, rtol=0, atol=1e-9)
+    ramp = [[t, float(speed * 30 / np.pi)] for t, speed in ((0.0, LOW), (60.0, HIGH))]
+    run = runner.run(runner.parse_scene(SCENE.format(2, ramp), tmp_path), tmp_path)
+    found = run.read().channels["/modes"].values
+    np.testing.assert_allclose(found[1:, 0], exact, rtol=0, atol=1e-6)
+    for keys, words in (((3, ramp), "engine_order: must be 2"), ((2, 14.0), "at 19.48")):
+        with pytest.raises(rom.SlipmodeError, match=words):
+            runner.make_plan(runner.parse_scene(SCENE.format(*keys), tmp_path))
+    for call in (rom.backbone, rom.limit_cycles, lambda model: rom.decay_rates(model, [0.5])):
+        with pytest.raises(rom.SlipmodeError, match="needs a constant rotor speed"):
+            call(own)
+
+
+PLAIN, SKEW = rom.two_mass(0.01), np.eye(4, k=1) - np.eye(4, k=-1)
+K, ROTOR = PLAIN.stiffness, rom.RotatingStructure(PLAIN, np.eye(4))
+REFUSED = {
+    "stiffness: .*circulatory": lambda: rom.Structure(PLAIN.mass, K + SKEW, contact=[2]),
+    "damping: .*gyroscopic": lambda: rom.Structure(PLAIN.mass, K, K + SKEW, contact=[2]),
+    "spin_stiffness: .*circulatory": lambda: rom.RotatingStructure(PLAIN, SKEW),
+    "gyroscopic: must be skew": lambda: rom.RotatingStructure(PLAIN, K, K),
+    "speeds: at 2 rad/s.*softening": lambda: rom.RotatingStructure(PLAIN, -K).modes([0.0, 2.0]),
+    "speeds: must be ascending": lambda: ROTOR.modes([1.0, 0.5]),
+    "speed: must be a finite": lambda: ROTOR.from_speeds(PLAIN, PLAIN, 0.0),
+    "speeds: must be two": lambda: reduced(ROTOR, (0.6, 0.5)),
+    "engine_orders: must be one": lambda: reduced(ROTOR, (0.5, 0.6), (2.0, 3.0)),
+    "engine_orders .* speeds: must": lambda: reduced(ROTOR, (0.5, 0.6), (0.5,)),
+    "narrower range": lambda: reduced(rotor_of(4), (1.0, 6.0), (ORDER,), LAW),
+    "gyroscopic: changes": lambda: reduced(rom.RotatingStructure(PLAIN, K, SKEW), (0.5, 0.6)),
+}
+
+
+def reduced(rotor, speeds, orders=(2.0,), law=None):
+    return rom.reduce_rotating(rotor, [0], orders, speeds, law)
+
+
+@pytest.mark.parametrize("words", REFUSED)
+def test_what_is_not_modelled_is_refused_by_name(words):
+    with pytest.raises(rom.SlipmodeError, match=words) as refusal:
+        REFUSED[words]()
+    assert "\n" not in str(refusal.value)
