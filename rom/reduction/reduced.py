@@ -179,9 +179,9 @@ class Reduced:
             raise SlipmodeError(f"{refusal}, because the modes share a tone, see rom.reduce")
 
     def natural_at(self, frequency: Floats) -> Floats:
-        """Return omega_j at forcing frequencies (..., modes), by the rotor speed [rad/s]."""
+        """Return omega_j at forcing frequencies (..., modes), or (modes,) if constant [rad/s]."""
         if self.spin is None:
-            return np.broadcast_to(self.frequency, frequency.shape)
+            return self.frequency
         rise = self.spin[:, 0] * (frequency**2 - self.carrier**2)
         return np.asarray(np.sqrt(self.frequency**2 + rise))
 
@@ -438,8 +438,8 @@ class Reduced:
                 f"carrier: must be {self.frequency.size} numbers, {SMALLEST:g} to {LARGEST:g} "
                 f"[rad/s], got {carrier}"
             )
-        moved = {"frequency": self.natural_at(frequencies), "carrier": frequencies}
-        return replace(self, **moved, **dampers_at(self, frequencies))
+        moved = {"frequency": self.natural_at(frequencies), **dampers_at(self, frequencies)}
+        return replace(self, carrier=frequencies, **moved)
 
     def moving(self, contact_motion: Complexes) -> Self:
         """Return the model with another `contact_motion`, and its properties computed so far."""

@@ -110,7 +110,8 @@ class RotatingStructure:
                 f"spinning: must have {structure.n_dofs} DOFs, like structure, got "
                 f"{spinning.n_dofs}"
             )
-        return cls(structure, (spinning.stiffness - structure.stiffness) / speed**2, gyroscopic)
+        change: Any = spinning.stiffness - structure.stiffness
+        return cls(structure, change / speed**2, gyroscopic)
 
     def at_speed(self, speed: float) -> Structure:
         """Return the structure at a constant rotor speed, without gyroscopic forces.

@@ -117,4 +117,5 @@ def follow(speed: Floats, every: Sequence[ModesAtSpeed], mass: Matrix, count: in
         frequency.append(omega[chosen])
         followed.append(shapes[:, chosen] * (kept.conj() / np.abs(kept)))
     kept_shares = np.array(similarity).reshape(-1, frequency[0].size)
-    return SpeedModes(speed, np.array(frequency), np.array(followed), kept_shares)
+    all_shapes: Any = np.array(followed)
+    return SpeedModes(speed, np.array(frequency), all_shapes, kept_shares)

@@ -33,7 +33,7 @@ def check_carriers(reduced: Reduced, frequency: Floats, forced: Flags) -> None:
 
     `forced` is (modes,). The frequencies of two forced modes must differ.
     """
-    for j in np.flatnonzero(forced):
+    for j in np.flatnonzero(forced).tolist():
         omega, spin = float(reduced.frequency[j]), spin_of(reduced.spin, j)
         check_carrier("frequency", "AB"[j], omega, frequency[..., j], spin=spin)
     if np.count_nonzero(forced) == 2 and carriers_meet(frequency[..., np.newaxis, :]).any():

@@ -13,7 +13,7 @@ from slipmode.runner.plan.amplitude_range import DryRun
 from slipmode.runner.plan.excited import Excited, Moving
 from slipmode.runner.plan.plan import ModesPlan
 from slipmode.runner.scene.schedule import Schedule, make_schedule
-from slipmode.runner.scene.sections import Forcing, Mode, Scene
+from slipmode.runner.scene.sections import Forcing, Scene
 
 
 def checked_schedule(scene: Scene, excited: Moving) -> Schedule:
@@ -52,11 +52,11 @@ def checked_schedule(scene: Scene, excited: Moving) -> Schedule:
     return schedule
 
 
-def _spin(excited: Moving, mode: Mode, forcing: Forcing | None) -> Floats | None:
+def _spin(excited: Moving, mode: str, forcing: Forcing | None) -> Floats | None:
     """Return the row of `Reduced.spin` of a mode; refuse another engine order than the model's."""
     if not isinstance(excited, Excited) or excited.reduced.spin is None:
         return None
-    spin = excited.reduced.spin[excited.modes.index(mode)]
+    spin: Floats = excited.reduced.spin[list[str](excited.modes).index(mode)]
     order = None if forcing is None else forcing.engine_order
     if order is not None and order != spin[1]:
         raise SlipmodeError(
