@@ -15,7 +15,7 @@ from slipmode.rom.structure.held import Held, bonded, stuck
 from slipmode.rom.structure.matrices import MatrixLike, as_skew, as_symmetric, projection
 from slipmode.rom.structure.structure import Structure
 
-# Modes of a speed beside those that are followed: some of them may have changed places.
+# More modes of each speed than are followed, because modes may change places.
 _OTHERS = 8
 
 
