@@ -78,42 +78,34 @@ def reduce_rotating(
     >>> reduced.frequency.round(3), reduced.spin.round(3)
     (array([4.463]), array([[0.222, 3.   , 3.6  , 4.8  ]]))
     """
-    low, high = _checked_speeds(speeds)
-    middle = 0.5 * (low + high)
-    orders = as_floats("engine_orders", list(engine_orders))
-    if orders.ndim != 1 or not np.all((orders > 0.0) & np.isfinite(orders)):
+    ends, orders = as_floats("speeds", speeds), as_floats("engine_orders", engine_orders)
+    if ends.shape != (2,) or not 0.0 <= ends[0] < ends[1] < np.inf:
         raise SlipmodeError(
-            f"engine_orders: must be numbers > 0, one per mode, got {in_one_line(engine_orders)}"
+            f"speeds: must be two numbers >= 0, ascending [rad/s], got {in_one_line(speeds)}"
         )
-    if orders.size != (len(modes) if options.get("ratio") is None else 1):
-        raise SlipmodeError(f"engine_orders: must be one per mode, got {orders.size}")
+    number = as_floats("modes", modes)
+    count = number.size if options.get("ratio") is None else 1
+    if orders.shape != (count,) or not np.all((orders > 0.0) & np.isfinite(orders)):
+        raise SlipmodeError(
+            f"engine_orders: must be {count} numbers > 0, got {in_one_line(engine_orders)}"
+        )
     for key in ("tones", "carrier", "formulation"):
         if key in options:
             raise SlipmodeError(f"{key}: must be left out for a rotor; see rom.reduce_rotating")
-    checked = np.linspace(low, high, _CHECKED).tolist()
-    followed = rotor.modes(checked, law, max(modes) + 2)
+    middle, checked = float(ends.mean()), np.linspace(ends[0], ends[1], _CHECKED).tolist()
+    followed = rotor.modes(checked, law, int(np.nan_to_num(number).max(initial=0.0)) + 2)
     reduced = reduce(rotor.at_speed(middle), modes, law=law, **options)
     per_speed = reduced.carriers(orders)
     reduced = reduced.at_carrier((middle * per_speed).tolist())
     shapes = reduced.mode_shapes
     rise = np.diag(projection(shapes, rotor.spin_stiffness, shapes))
     _check_errors(rotor, reduced, rise, followed, law)
-    edges = np.outer(per_speed, [low * (1.0 - _EDGE), high * (1.0 + _EDGE)])
+    edges = np.outer(per_speed, ends * [1.0 - _EDGE, 1.0 + _EDGE])
     found = replace(reduced, spin=np.column_stack((rise / per_speed**2, per_speed, edges)))
     for edge in edges.T:
         for name, omega, each in zip("AB", found.natural_at(edge).tolist(), edge, strict=False):
             check_carrier("engine_orders * speeds", name, omega, each)
     return found
-
-
-def _checked_speeds(speeds: tuple[float, float]) -> tuple[float, float]:
-    given = as_floats("speeds", list(speeds))
-    if given.shape != (2,) or not 0.0 <= given[0] < given[1] < np.inf:
-        raise SlipmodeError(
-            f"speeds: must be two numbers >= 0, ascending [rad/s], got {in_one_line(speeds)}"
-        )
-    low, high = given.tolist()
-    return low, high
 
 
 def _check_errors(
@@ -136,17 +128,16 @@ def _check_errors(
             f"{percentage(LARGEST_FREQUENCY_ERROR)}, because reduced models neglect gyroscopic "
             "forces; RotatingStructure.modes includes them"
         )
-    changes = []
-    for shapes in followed.shapes[:, :, of]:
-        product = np.einsum("jn,nj->j", inertia, shapes)
-        difference = shapes * (product.conj() / np.abs(product)) - reduced.mode_shapes
-        changes.append(np.sqrt(np.maximum(2.0 - 2.0 * np.abs(product), 0.0)))
-        if law is not None:
-            W = as_dense(rotor.structure.directions).T
-            own = np.linalg.norm(W @ reduced.mode_shapes, axis=0)
-            moved = np.linalg.norm(W @ difference, axis=0)
-            changes.append(np.divide(moved, own, out=np.zeros_like(own), where=own > 0.0))
-    changed = np.array(changes)
+    shapes = followed.shapes[:, :, of]
+    product = np.einsum("jn,snj->sj", inertia, shapes)
+    changed = np.sqrt(np.maximum(2.0 - 2.0 * np.abs(product), 0.0))
+    if law is not None:
+        turned = shapes * (product.conj() / np.abs(product))[:, np.newaxis]
+        W, own = rotor.structure.directions.T, reduced.mode_shapes
+        at_middle: Floats = np.linalg.norm(as_dense(W @ own), axis=0)
+        moved = np.linalg.norm([as_dense(W @ (each - own)) for each in turned], axis=1)
+        with np.errstate(invalid="ignore"):  # 0 / 0: the mode moves no contact
+            changed = np.fmax(changed, moved / at_middle)
     for error, allowed, what in (
         (off, LARGEST_FREQUENCY_ERROR, "natural frequency"),
         (changed, LARGEST_SHAPE_ERROR, "shape"),

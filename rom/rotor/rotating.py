@@ -162,7 +162,7 @@ class RotatingStructure:
             a shape changes so much between two speeds that its mode cannot be followed. Modes of
             equal frequencies at rest, which gyroscopic forces mix, are followed from above 0.
         """
-        given = as_floats("speeds", list(speeds))
+        given = as_floats("speeds", speeds)
         if given.ndim != 1 or not given.size or not np.all(np.diff(given) > 0.0):
             raise SlipmodeError(f"speeds: must be ascending [rad/s], got {in_one_line(speeds)}")
         check_count("n", n)
