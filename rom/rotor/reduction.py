@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -12,6 +11,7 @@ from slipmode.rom.arrays import Floats, as_floats, in_one_line
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.frequencies import RPM, check_carrier
 from slipmode.rom.laws.contacts import Elastic
+from slipmode.rom.reduction.force_response import ForcePatterns
 from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.reduction.reduction import reduce
 from slipmode.rom.rotor.rotating import RotatingStructure
@@ -32,13 +32,14 @@ def reduce_rotating(
     engine_orders: Sequence[float],
     speeds: tuple[float, float],
     law: Elastic | None = None,
-    **options: Any,
+    force_patterns: ForcePatterns | None = None,
 ) -> Reduced:
     """Return a rotor reduced to one or two modes, whose frequencies follow the rotor speed.
 
     The rotor speed is the forcing frequency divided by the engine order. In response curves, runs,
     components and FMUs, omega_j^2 = omega_j0^2 + n^2 phi_j^T K_1 phi_j at each speed n. Mode
-    shapes, contacts and damping are those in the middle of the range of speeds.
+    shapes, contacts and damping are those in the middle of the range of speeds. The inputs of a
+    component or an FMU must keep two forcing frequencies at one rotor speed.
 
     Parameters
     ----------
@@ -47,15 +48,13 @@ def reduce_rotating(
     modes : sequence of int
         One or two modes with stuck contacts at the middle speed, as in `rom.reduce`.
     engine_orders : sequence of float
-        Forcing frequency of each mode relative to the rotor speed, > 0; one for two modes with a
-        `ratio`.
+        Forcing frequency of each mode relative to the rotor speed, > 0.
     speeds : (float, float)
         Lowest and highest rotor speed [rad/s]. Other forcing frequencies are refused later.
     law : elastic law, optional
         Law of the contacts, as in `rom.reduce`. Default: rigid friction.
-    **options
-        `force_patterns`, `aerodynamics`, `ratio`, `smallest_response`, `warned` or `progress` of
-        `rom.reduce`.
+    force_patterns : one {DOF: amplitude} or (n,) array_like per mode, optional
+        Distribution of the force on each mode, as in `rom.reduce`.
 
     Returns
     -------
@@ -84,24 +83,19 @@ def reduce_rotating(
             f"speeds: must be two numbers >= 0, ascending [rad/s], got {in_one_line(speeds)}"
         )
     number = as_floats("modes", modes)
-    count = number.size if options.get("ratio") is None else 1
-    if orders.shape != (count,) or not np.all((orders > 0.0) & np.isfinite(orders)):
+    if orders.shape != (number.size,) or not np.all((orders > 0.0) & np.isfinite(orders)):
         raise SlipmodeError(
-            f"engine_orders: must be {count} numbers > 0, got {in_one_line(engine_orders)}"
+            f"engine_orders: must be {number.size} numbers > 0, got {in_one_line(engine_orders)}"
         )
-    for key in ("tones", "carrier", "formulation"):
-        if key in options:
-            raise SlipmodeError(f"{key}: must be left out for a rotor; see rom.reduce_rotating")
     middle, checked = float(ends.mean()), np.linspace(ends[0], ends[1], _CHECKED).tolist()
     followed = rotor.modes(checked, law, int(np.nan_to_num(number).max(initial=0.0)) + 2)
-    reduced = reduce(rotor.at_speed(middle), modes, law=law, **options)
-    per_speed = reduced.carriers(orders)
-    reduced = reduced.at_carrier((middle * per_speed).tolist())
+    reduced = reduce(rotor.at_speed(middle), modes, law=law, force_patterns=force_patterns)
+    reduced = reduced.at_carrier((middle * orders).tolist())
     shapes = reduced.mode_shapes
     rise = np.diag(projection(shapes, rotor.spin_stiffness, shapes))
     _check_errors(rotor, reduced, rise, followed, law)
-    edges = np.outer(per_speed, ends * [1.0 - _EDGE, 1.0 + _EDGE])
-    found = replace(reduced, spin=np.column_stack((rise / per_speed**2, per_speed, edges)))
+    edges = np.outer(orders, ends * [1.0 - _EDGE, 1.0 + _EDGE])
+    found = replace(reduced, spin=np.column_stack((rise / orders**2, orders, edges)))
     for edge in edges.T:
         for name, omega, each in zip("AB", found.natural_at(edge).tolist(), edge, strict=False):
             check_carrier("engine_orders * speeds", name, omega, each)
@@ -119,7 +113,7 @@ def _check_errors(
     speeds, middle = followed.speed, followed.speed.size // 2
     inertia = as_dense(rotor.structure.mass @ reduced.mode_shapes).T
     of = np.abs(inertia @ followed.shapes[middle]).argmax(axis=1)
-    square = reduced.structural_frequency**2 + np.outer(speeds**2 - speeds[middle] ** 2, rise)
+    square = reduced.frequency**2 + np.outer(speeds**2 - speeds[middle] ** 2, rise)
     off = np.abs(np.sqrt(np.maximum(square, 0.0)) / followed.frequency[:, of] - 1.0)
     if off[middle].max() > LARGEST_FREQUENCY_ERROR:
         raise SlipmodeError(

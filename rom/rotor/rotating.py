@@ -166,6 +166,8 @@ class RotatingStructure:
         if given.ndim != 1 or not given.size or not np.all(np.diff(given) > 0.0):
             raise SlipmodeError(f"speeds: must be ascending [rad/s], got {in_one_line(speeds)}")
         check_count("n", n)
+        if law is not None and not isinstance(law, Elastic):
+            raise SlipmodeError("law: must be an elastic law; leave it out for rigid friction")
         every = [self._modes_at(speed, law, n + _OTHERS) for speed in given.tolist()]
         return follow(given, every, self.structure.mass, n)
 

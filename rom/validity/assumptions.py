@@ -36,6 +36,13 @@ def check_carriers(reduced: Reduced, frequency: Floats, forced: Flags) -> None:
     for j in np.flatnonzero(forced).tolist():
         omega, spin = float(reduced.frequency[j]), spin_of(reduced.spin, j)
         check_carrier("frequency", "AB"[j], omega, frequency[..., j], spin=spin)
+    if reduced.spin is not None and forced.all():
+        speeds = frequency / reduced.spin[:, 1]
+        if np.ptp(speeds, axis=-1).max() > 1e-6 * speeds.max():
+            raise SlipmodeError(
+                "frequency: the frequencies of A and B must be their engine orders "
+                f"{reduced.spin[:, 1]} times one rotor speed"
+            )
     if np.count_nonzero(forced) == 2 and carriers_meet(frequency[..., np.newaxis, :]).any():
         raise SlipmodeError(
             "frequency: the frequencies of modes A and B must differ at each point; modes of one "
