@@ -142,7 +142,7 @@ def test_steady_states_of_two_modes_are_those_at_constant_speeds():
         exact = rom.steady_state(there, law, orders * speed, forces).amplitude
         found = rom.steady(model, orders * speed, forces)
         assert np.all(np.abs(found - exact) < 2e-3 * np.abs(exact))  # 1.2e-3
-    with pytest.raises(rom.SlipmodeError, match="frequency: .* one rotor speed"):
+    with pytest.raises(rom.SlipmodeError, match="times one rotor speed"):
         rom.steady(model, [1.1, 1.9], forces)
 
 
