@@ -70,6 +70,9 @@ from .reduction.combination import combination_resonances as combination_resonan
 from .reduction.interaction.mode_proposals import ModeProposal as ModeProposal
 from .reduction.reduction import Reduced as Reduced
 from .reduction.reduction import reduce as reduce
+from .rotor.reduction import reduce_rotating as reduce_rotating
+from .rotor.rotating import RotatingStructure as RotatingStructure
+from .rotor.speed_modes import SpeedModes as SpeedModes
 from .slow.branches.backbone import Backbone as Backbone
 from .slow.branches.backbone import backbone as backbone
 from .slow.branches.performance import PerformanceCurve as PerformanceCurve

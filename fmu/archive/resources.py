@@ -16,7 +16,7 @@ from slipmode.fmu.handle import (
     ComponentOptions,
     forced_tone,
 )
-from slipmode.fmu.inputs import AnyModel, force_factors, relative_range
+from slipmode.fmu.inputs import AnyModel, carried_frequencies, force_factors, relative_range
 from slipmode.fmu.variables.listing import states
 from slipmode.fmu.variables.variable import Kind, Variable
 from slipmode.rom import Model, kernel
@@ -32,7 +32,7 @@ from slipmode.rom.slow.nonresonant.response_surface import (
 from slipmode.rom.slow.slow_flow import slow_flow
 from slipmode.rom.table.local.tone_model import ToneModel
 
-FORMAT = 14  # FMU_FORMAT in fmu/src/resources/model.h
+FORMAT = 15  # FMU_FORMAT in fmu/src/resources/model.h
 IDENTITY = "model.txt"
 
 # The struct `fmu_layout` of fmu/src/resources/model.h, without the format.
@@ -265,6 +265,7 @@ def _constants(
     parts = (
         [alpha, MEMORY_PERIODS],
         flow.natural,
+        flow.spin,
         flow.carrier,
         flow.coupling_ratio,
         flow.off_resonance,
@@ -274,6 +275,7 @@ def _constants(
         _with_starts(np.zeros(kernel.MODES + 2), variables, Kind.PARAMETER),
         nominal,
         _with_starts(np.zeros(1 + 2 * kernel.MODES), variables, Kind.START)[1:],
+        np.resize(carried_frequencies(model), kernel.MODES),
         relative_range(model),
         [flow.ratio],
     )

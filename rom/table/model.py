@@ -41,7 +41,7 @@ from slipmode.rom.validity import Finding, detuning_findings
 
 FORMAT = 31  # of the file; raised whenever tables computed before must not be used any more
 
-OPTIONAL_ARRAYS = ("force_patterns", "aerodynamics", "loss")
+OPTIONAL_ARRAYS = ("force_patterns", "aerodynamics", "loss", "spin")
 TABLE_ARRAYS = ("rate_correction", "detuning")  # that not all tables have
 
 
@@ -116,11 +116,20 @@ class Model:
         Raises
         ------
         SlipmodeError
-            If the model has no such mode, or its modes share a tone.
+            If the model has no such mode, its modes share a tone, or follow a rotor speed.
         """
         self.reduced.refuse_shared_tone("model: must be of one mode, the others respond as well")
+        self.refuse_spin("a free vibration")
         if not isinstance(mode, int | np.integer) or not 0 <= mode < self.modes:
             raise SlipmodeError(f"mode: must be 0 to {self.modes - 1}, got {mode!r}")
+
+    def refuse_spin(self, what: str) -> None:
+        """Raise SlipmodeError if the natural frequencies follow a rotor speed."""
+        if self.reduced.spin is not None:
+            raise SlipmodeError(
+                f"model: {what} needs a constant rotor speed, but natural frequencies of this "
+                "model follow the speed; use rom.reduce(rotor.at_speed(speed), ...)"
+            )
 
     def friction_error(self, amplitudes: Floats) -> Floats:
         """Return the stated error of S_j at the carriers: `Accuracy.total` times `error_scale`.
@@ -303,6 +312,7 @@ class Model:
             force_patterns=content.get("force_patterns"),
             aerodynamics=content.get("aerodynamics"),
             loss=content.get("loss"),
+            spin=content.get("spin"),
             ratio=header["ratio"],
             **{name: content[name] for name in REDUCED_ARRAYS},
         )

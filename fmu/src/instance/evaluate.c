@@ -76,8 +76,8 @@ static fmu_status check_carriers(fmu_instance *instance, const sm_inputs *inputs
     char hint[64];
     for (int j = 0; j < model->tones; j++) {
         const double natural = model->flow.natural[j], frequency = inputs->frequency[j];
-        const double low = model->constants->carrier_range[0] * natural;
-        const double high = model->constants->carrier_range[1] * natural;
+        const double *range = model->constants->carrier_range, middle = model->constants->middle[j];
+        const double low = range[0] * middle, high = range[1] * middle;
         const int is_allowed = frequency >= low && frequency <= high;
         if (is_allowed && frequency * FARTHEST_FORCING >= natural &&
             frequency <= FARTHEST_FORCING * natural)

@@ -217,6 +217,7 @@ static void set_flow(fmu_model *model, const fmu_layout *shape, const fmu_consta
     flow->paper = shape->paper;
     flow->ratio = given->ratio;
     memcpy(flow->natural, given->natural, sizeof flow->natural);
+    memcpy(flow->spin, given->spin, sizeof flow->spin);
     memcpy(flow->carrier, given->carrier, sizeof flow->carrier);
     memcpy(flow->damping, given->parameters + FMU_DAMPING, sizeof flow->damping);
     memcpy(flow->off_resonance, given->off_resonance, sizeof flow->off_resonance);

@@ -4,7 +4,7 @@
 
 #include "slipmode.h"
 
-#define FMU_FORMAT 14  /* of resources/; raised whenever older ones must be refused */
+#define FMU_FORMAT 15  /* of resources/; raised whenever older ones must be refused */
 #define FMU_REASON 256 /* bytes of a sentence that says what is wrong */
 #define FMU_STATES (3 * SM_MODES + 1)
 
@@ -54,14 +54,16 @@ typedef struct {
 /* constants.npy */
 typedef struct {
     double alpha, memory_periods;
-    double natural[SM_MODES], carrier[SM_MODES], coupling_ratio[SM_MODES][2][2];
+    double natural[SM_MODES], spin[SM_MODES], carrier[SM_MODES];
+    double coupling_ratio[SM_MODES][2][2];
     double off_resonance[SM_MODES][2], cross_response[SM_MODES][SM_MODES][2];
     double other_modes[SM_MODES][2][2];
     double force_factor[SM_MODES];     /* modal force per newton of the force input */
     double parameters[FMU_PARAMETERS]; /* start values */
     double nominal[FMU_STATES];        /* of the states, absent modes left out */
     double amplitude[2 * SM_MODES];    /* start values of Re, Im of a_j */
-    double carrier_range[2];           /* of forcing frequencies, relative to the natural one */
+    double middle[SM_MODES];           /* forcing frequency of which carrier_range is a multiple */
+    double carrier_range[2];           /* allowed forcing frequencies, relative to the middle */
     double ratio;                      /* of the carriers of two modes on one tone, else 0 */
 } fmu_constants;
 

@@ -26,7 +26,13 @@ from slipmode.rom.slow.direct.steady_harmonics import (
     neglected_modes,
     relative_error,
 )
-from slipmode.rom.validity import Finding, forcing_findings, friction_findings, warn
+from slipmode.rom.validity import (
+    Finding,
+    check_carriers,
+    forcing_findings,
+    friction_findings,
+    warn,
+)
 
 # By modes, |n| + |m| of the harmonics in turn, with twice the time steps at each level.
 _HIGHEST = {1: (7, 15, 31, 63, 127, 127), 2: (7, 11, 17, 25, 25)}
@@ -194,6 +200,8 @@ def steady_state(
     Omega = as_floats("frequency", frequency)
     if Omega.shape != (modes,):
         raise SlipmodeError(f"frequency: must be {modes} numbers [rad/s], got {Omega}")
+    if reduced.spin is not None:
+        check_carriers(reduced, Omega, np.ones(modes, dtype=bool))
     reduced = reduced.at_carrier(Omega.tolist())
     if not f.any(axis=1).all():
         raise SlipmodeError("force: must not be 0; retain the forced modes only (rom.reduce)")
