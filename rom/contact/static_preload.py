@@ -112,11 +112,11 @@ def preload(
     A contact slips where its whole tangential force, at rest and by vibration, reaches mu N.
 
     Tangential forces under varying normal forces are not unique: they depend on the load history.
-    The static force acts first, from contacts without tangential forces. Then the vibration begins.
-    Two histories that end at the same force, one from below and one by unloading, show how far the
-    damping depends on it. In `rom.tabulate`, and in steady states and curves with its model, it grows
-    slowly: contacts with one tangential direction slip as far as they must (shakedown), and no
-    further. In runs and time integration the transient decides.
+    The static force acts first, from contacts without tangential forces; then the vibration begins.
+    In `rom.tabulate`, and in steady states and curves with its model, it grows slowly: contacts
+    with one tangential direction slip as far as they must (shakedown), and no further. In runs and
+    time integration the transient decides. Two histories with the same last force, one without
+    unloading and one from a larger force, show how far the damping depends on the history.
 
     If `law` has neither preloads nor gaps, the static force is a factor on all forces of the
     returned law. A model for one static force then serves all others, with this factor as the
@@ -143,7 +143,7 @@ def preload(
     of_law = law.elements(structure.n_contacts).element["law"]
     if history and np.any(of_law != FRICTIONAL):
         raise SlipmodeError(
-            "history: all contacts must be rom.FrictionalContact; other laws neglect forces at rest"
+            "history: all contacts must be rom.FrictionalContact; other laws have no force at rest"
         )
     found = _under(structure, law, loads[0])
     for before, load in pairwise(loads):
