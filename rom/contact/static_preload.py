@@ -111,8 +111,8 @@ def preload(
     Vibration about the equilibrium with the returned law is the vibration of the loaded structure.
     A contact slips where its whole tangential force, at rest and by vibration, reaches mu N.
 
-    Tangential forces under varying normal forces are not unique: they depend on the load history.
-    The static force acts first, from contacts without tangential forces; then the vibration begins.
+    Tangential forces under varying normal forces depend on the load history. The static force acts
+    first, from contacts without tangential forces; then the vibration begins.
     In `rom.tabulate`, and in steady states and curves with its model, it grows slowly: contacts
     with one tangential direction slip as far as they must (shakedown), and no further. In runs and
     time integration the transient decides. Two histories with the same last force, one without

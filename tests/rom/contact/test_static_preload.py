@@ -223,7 +223,7 @@ def test_the_slow_flow_about_it_is_the_loaded_structure():
 
 
 def test_unloading_leaves_the_tractions_of_the_largest_force():
-    """Slip at 30 N takes the block to 7 mm; unloading by 50 N sticks, 25 N of it in the contact."""
+    """Slip at 30 N takes the block to 7 mm; 25 of the 50 N of unloading are the contact's."""
     block = rom.Structure(np.eye(2), 1e4 * np.eye(2), contact=np.eye(2))
     law = rom.FrictionalContact(0.3, 100.0, tangential_stiffness=1e4, normal_stiffness=1e4)
     loaded = rom.preload(block, law, {0: 50.0})
