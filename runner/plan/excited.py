@@ -121,8 +121,9 @@ class Excited:
     def channels(self, scene: Scene) -> list[Channel]:
         """See `Moving`."""
         reduced, _ = self.contacts
+        saved = scene.saved_model
         listed = [
-            channels.modes(self.mode_names),
+            channels.modes(self.mode_names, saved is not None and saved.samples is not None),
             channels.forcing(self.modes),
             channels.energy(),
         ]
@@ -223,11 +224,10 @@ class Excited:
         at_rest = forces.free_vibration(start.force[0], start.frequency[0])
         return replace(self, amplitude=tuple((np.array(self.initial) + at_rest).tolist()))
 
-    def component(self, model: Model, tolerance: float) -> Component:
+    def component(self, model: Model, tolerance: float, sample: int = 0) -> Component:
         """Return a component at t = 0 of the scene; `tolerance` is of the slow flow."""
-        component = Component(
-            model, self.force_patterns, mode_names=self.modes, tolerance=tolerance, warned=False
-        )
+        options: dict[str, Any] = {"tolerance": tolerance, "sample": sample, "warned": False}
+        component = Component(model, self.force_patterns, mode_names=self.modes, **options)
         component.reset(amplitude=self.amplitude)
         return component
 
