@@ -7,6 +7,7 @@ import io
 import zlib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -230,11 +231,11 @@ def _samples(model: Model, force_patterns: ForcePatterns | None, elastic: Sequen
     for sample in range(1, 1 + (0 if model.samples is None else len(model.samples))):
         own = sample_of(model, sample)
         flow, table = slow_flow(own, force_patterns), own.table
-        fields = (flow.natural, flow.damping, flow.cross_response, flow.other_modes)
-        shifts = forces_out(own, force_patterns, elastic).view(float)
-        parts = (*fields, table.values, table.rate_correction, shifts)
-        rows.append(np.concatenate([np.ravel(part) for part in parts]))
-    return np.array(rows).reshape(len(rows), -1) if rows else np.empty((0, 0))
+        fields: list[Any] = [flow.natural, flow.damping, flow.cross_response, flow.other_modes]
+        fields += [table.values, table.rate_correction]
+        fields.append(forces_out(own, force_patterns, elastic).view(float))
+        rows.append(np.concatenate([np.ravel(field) for field in fields]))
+    return np.array(rows) if rows else np.empty((0, 0))
 
 
 def _contacts(model: Model) -> dict[str, Floats]:

@@ -327,8 +327,8 @@ class Model:
             left_out = np.zeros((*P.shape[:-2], P.shape[-1]))
             coordinates = Harmonics(table.axes, CARRIERS[: len(reduced.modes)], P, left_out)
             dof_response = DofResponse(content["dof_shapes"], coordinates, by_force)
-        others = dof_response, content.get("samples")
-        return cls(reduced, law, table, harmonics, combinations, accuracy, *others)
+        further = dof_response, content.get("samples")
+        return cls(reduced, law, table, harmonics, combinations, accuracy, *further)
 
     def _header(self) -> dict[str, Any]:
         return {

@@ -10,7 +10,7 @@ import numpy as np
 from slipmode.rom import Identification, IdentifiedLaw, SineIdentification, SlipmodeError
 from slipmode.rom.short_repr import percentage
 
-# Of a model of one mode, 0.3 MB in an FMU; of two modes 7 MB. 5 and 95 % are two samples from the ends
+# 0.3 MB of the FMU of one mode, 7 MB of two modes
 _SAMPLES = 40
 _UNITS = {"delta_0": "1/s", "g": "1/s", "omega_0": "rad/s", "h": "rad/s"}
 

@@ -324,7 +324,7 @@ class IdentifiedLaw:
         found = tuple(islice(dissipating, count))
         if len(found) < count:
             raise SlipmodeError(
-                "samples: fewer than one law in twenty within the intervals dissipates energy; the "
+                "samples: fewer than one law in twenty of the intervals dissipates energy; the "
                 f"data do not determine {', '.join(self.unidentified) or 'its damping'}"
             )
         return found

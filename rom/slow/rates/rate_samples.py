@@ -23,8 +23,7 @@ from slipmode.rom.table.local.tone_model import ToneModel
 from slipmode.rom.table.model import Model
 from slipmode.rom.table.refinement.sampling import amplitude_pairs
 
-
-AnyModel = TypeVar("AnyModel", Model, ToneModel)
+AnyModel = TypeVar("AnyModel", bound=Model | ToneModel)
 
 
 def sample_of(model: AnyModel, sample: int) -> AnyModel:
