@@ -256,8 +256,8 @@ def energy() -> Channel:
 
 
 def control() -> Channel:
-    """Return the channel of friction limits relative to the model's, set by a controller."""
-    return Channel("/control", (Field("limit_scale", "1"),), "Friction limits set by a controller")
+    """Return the channel of friction limits relative to the model's."""
+    return Channel("/control", (Field("limit_scale", "1"),), "Friction limits that change")
 
 
 def event_descriptor() -> FileDescriptorSet:

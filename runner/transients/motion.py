@@ -73,6 +73,8 @@ def record_points(
     names = [f"{name}_{mode}" for mode in plan.excited.modes for name in inputs]
     recorder.write("/forcing", time, plan.schedule.at_points(names, points))
     recorder.write("/energy", time, energy)
+    if plan.scene.wear:
+        recorder.write("/control", time, plan.schedule.at_points(["limit_scale"], points))
 
 
 def record_contacts(

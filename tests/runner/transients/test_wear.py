@@ -1,0 +1,98 @@
+"""Friction limits that fall with the dissipated energy."""
+
+import numpy as np
+import pytest
+from beside_oracle import with_laws
+from oracles.system import jenkins
+from oracles.time_integration import Integrator
+
+from slipmode import rom, runner
+from slipmode.runner import parse_scene
+
+LIMIT, OMEGA, FORCE, DAMPING, PERIODS = 0.1, 0.93, 0.3, 0.05, 250
+SCENE = f"""
+[structure]
+model = "two-mass"
+damping = {DAMPING}
+[[contacts]]
+law = "jenkins"
+limit = {LIMIT}
+stiffness = 2.0
+[modes]
+A = 0
+[forcing.A]
+dof = 0
+amplitude = {FORCE}
+frequency = {OMEGA}
+[run]
+duration = {PERIODS * 2.0 * np.pi / OMEGA}
+step = 10.0
+[limits]
+LIMITS
+[log]
+rerun = false
+"""
+
+
+def run(limits, folder, name):
+    recording = runner.run(parse_scene(SCENE.replace("LIMITS", limits), "."), folder / name)
+    return recording.read().channels
+
+
+def marched(wear):
+    """Return the displacement amplitude of DOF 0 and the dissipated energy of each period.
+
+    The limits follow the energy from period to period. Both are by the independent integration.
+    """
+    system = with_laws(rom.two_mass(beta=DAMPING), 2 * [jenkins(LIMIT, 2.0)])
+    steps, every = 1024, 4
+    h = 2.0 * np.pi / OMEGA / steps
+    inner = Integrator(system, FORCE * np.eye(4)[:, :1], h)
+    limits, signals = inner.sliders[0].copy(), np.cos(OMEGA * h * np.arange(steps + 1))
+    energy, sizes, energies, at_start = 0.0, [], [], np.zeros(2 * inner.n + len(inner.u))
+    for _ in range(PERIODS):
+        inner.sliders[0] = limits * (1.0 - wear * energy)
+        rows = np.vstack((at_start, np.hstack(inner.advance(signals[:, np.newaxis], every))))
+        at_start = rows[-1]
+        z, u = np.split(rows, [2 * inner.n], axis=1)
+        moved = z[:, : inner.n] @ system.W
+        force = moved @ np.diag(2 * [2.0]) - u
+        energy += np.sum(0.5 * (force[1:] + force[:-1]) * np.diff(moved, axis=0))
+        energies.append(energy)
+        wave = np.exp(-1j * OMEGA * h * every * np.arange(1, len(z)))
+        sizes.append(2.0 * abs(z[1:, 0] @ wave) / (len(z) - 1))
+    return np.array(sizes), np.array(energies)
+
+
+@pytest.mark.oracle
+def test_worn_limits_have_the_amplitudes_of_full_order(tmp_path):
+    whole = marched(0.0)[1][-1]
+    wear = float(0.4 / whole)
+    sizes, energies = marched(wear)
+    found = run(f"wear = {wear!r}", tmp_path, "worn")
+    modes, energy = found["/modes"], found["/energy"].column("dissipated_energy")
+    phi = rom.reduce(rom.two_mass(beta=DAMPING), [0], law=rom.Jenkins(LIMIT, 2.0)).mode_shapes
+    middle = (np.arange(PERIODS) + 0.5) * 2.0 * np.pi / OMEGA
+    slow = 2.0 * abs(phi[0, 0]) * np.interp(middle, modes.time, modes.column("A_abs"))
+    print(np.abs(slow / sizes - 1)[20:].max(), energy[-1] / energies[-1] - 1.0, wear * energies[-1], sizes[20], sizes[-1])
+    np.testing.assert_allclose(slow[20:], sizes[20:], rtol=0.02)
+    scale = found["/control"].column("limit_scale")
+    np.testing.assert_allclose(scale, 1.0 - wear * energy, atol=1e-3)  # a breakpoint
+
+
+def test_no_wear_has_the_bits_of_no_limits(tmp_path):
+    plain, zero = (run(text, tmp_path, f"x{k}") for k, text in enumerate(("", "wear = 0.0")))
+    assert set(plain) == set(zero)
+    np.testing.assert_array_equal(plain["/modes"].values, zero["/modes"].values)
+
+
+@pytest.mark.parametrize(
+    ("limits", "contacts", "said"),
+    [
+        ("wear = 100.0", "", "limits.wear: the friction limits fall to 0.05 of limits.scale at t"),
+        ("wear = -1.0", "", "limits.wear: must be >= 0"),
+    ],
+)
+def test_wear_that_cannot_be_followed_is_refused(limits, contacts, said, tmp_path):
+    with pytest.raises(rom.SlipmodeError, match=said.replace(".", r"\.")):
+        run(limits, tmp_path, "refused")
