@@ -33,29 +33,28 @@ def worn(excited: Excited, schedule: Schedule, model: Model, scene: Scene) -> Sc
     given, wear = scene.limit_scale, scene.wear
     if wear == 0.0 or given is None:
         return schedule
-    time = energy = np.zeros(2)
+    time = lost = np.zeros(2)
     for _ in range(_ITERATIONS):
         path = excited.follow(model, schedule.stretches(), scene.run.tolerance)
-        before = np.interp(path.time, time, energy)
-        time, energy = path.time, np.maximum.accumulate(path.energy)
-        scripts = dict(schedule.scripts) | {"limit_scale": _fallen(given, wear, time, energy)}
+        before, time = np.interp(path.time, time, lost), path.time
+        lost = np.minimum(wear * np.maximum.accumulate(path.energy), 1.0 - _LEAST)
+        scripts = dict(schedule.scripts) | {"limit_scale": _fallen(given, time, lost)}
         schedule = replace(schedule, scripts=scripts)
-        if wear * np.abs(energy - before).max() <= _CONVERGED:
+        if np.abs(lost - before).max() <= _CONVERGED:
             break
-    if wear * energy[-1] > 1.0 - _LEAST:
-        end = float(np.interp((1.0 - _LEAST) / wear, energy, time))
+    if lost[-1] >= 1.0 - _LEAST:
         raise SlipmodeError(
-            f"limits.wear: the friction limits fall to {_LEAST:g} of limits.scale at t = "
-            f"{end:.4g} s; reduce limits.wear or run.duration"
+            f"limits.wear: the friction limits fall to {_LEAST:g} of limits.scale by t = "
+            f"{time[np.argmax(lost)]:.4g} s; reduce limits.wear or run.duration"
         )
     return schedule
 
 
-def _fallen(given: Script, wear: float, time: Floats, energy: Floats) -> Script:
-    """Return the limits `given` times 1 - wear E."""
-    levels = np.linspace(0.0, energy[-1], _BREAKPOINTS + 1)
-    times = np.unique(np.concatenate((np.interp(levels, energy, time), given.breaks, [0.0])))
-    left = np.maximum(1.0 - wear * np.interp(times, time, energy), _LEAST)
+def _fallen(given: Script, time: Floats, lost: Floats) -> Script:
+    """Return the limits `given` less the part that is lost at times (n,)."""
+    levels = np.linspace(0.0, lost[-1], _BREAKPOINTS + 1)
+    times = np.unique(np.concatenate((np.interp(levels, lost, time), given.breaks, [0.0])))
+    left = 1.0 - np.interp(times, time, lost)
     values = (
         np.stack((given.value_before(times), given.value(times)), axis=1) * left[:, np.newaxis]
     )

@@ -276,7 +276,8 @@ class LimitsTable:
         Factor on all friction limits and preloads.
     wear
         Share of the limits and preloads that is lost per dissipated energy: they are
-        `scale` (1 - `wear` E) after the contacts have dissipated the energy E.
+        `scale` (1 - `wear` E) after the contacts have dissipated the energy E. Of runs: curves,
+        pages and FMUs have limits without wear.
     """
 
     scale: Annotated[Script | None, POSITIVE, Role.LOAD] = None

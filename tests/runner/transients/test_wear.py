@@ -10,14 +10,13 @@ from slipmode import rom, runner
 from slipmode.runner import parse_scene
 
 LIMIT, OMEGA, FORCE, DAMPING, PERIODS = 0.1, 0.93, 0.3, 0.05, 250
+JENKINS = f'[[contacts]]\nlaw = "jenkins"\nlimit = {LIMIT}\nstiffness = 2.0'
+TANH = '[friction]\nlaw = "tanh"\nlimit = 2.0\nalpha = 0.02'
 SCENE = f"""
 [structure]
 model = "two-mass"
 damping = {DAMPING}
-[[contacts]]
-law = "jenkins"
-limit = {LIMIT}
-stiffness = 2.0
+{JENKINS}
 [modes]
 A = 0
 [forcing.A]
@@ -34,9 +33,8 @@ rerun = false
 """
 
 
-def run(limits, folder, name):
-    recording = runner.run(parse_scene(SCENE.replace("LIMITS", limits), "."), folder / name)
-    return recording.read().channels
+def run(limits, folder):
+    return runner.run(parse_scene(SCENE.replace("LIMITS", limits), "."), folder).read().channels
 
 
 def marched(wear):
@@ -69,19 +67,20 @@ def test_worn_limits_have_the_amplitudes_of_full_order(tmp_path):
     whole = marched(0.0)[1][-1]
     wear = float(0.4 / whole)
     sizes, energies = marched(wear)
-    found = run(f"wear = {wear!r}", tmp_path, "worn")
+    found = run(f"wear = {wear!r}", tmp_path)
     modes, energy = found["/modes"], found["/energy"].column("dissipated_energy")
     phi = rom.reduce(rom.two_mass(beta=DAMPING), [0], law=rom.Jenkins(LIMIT, 2.0)).mode_shapes
     middle = (np.arange(PERIODS) + 0.5) * 2.0 * np.pi / OMEGA
     slow = 2.0 * abs(phi[0, 0]) * np.interp(middle, modes.time, modes.column("A_abs"))
-    print(np.abs(slow / sizes - 1)[20:].max(), energy[-1] / energies[-1] - 1.0, wear * energies[-1], sizes[20], sizes[-1])
-    np.testing.assert_allclose(slow[20:], sizes[20:], rtol=0.02)
+    assert wear * energies[-1] > 0.35 and np.ptp(sizes[20:]) > 0.04 * sizes[-1]
+    np.testing.assert_allclose(slow[20:], sizes[20:], rtol=0.002)  # measured 0.0008
+    assert energy[-1] == pytest.approx(energies[-1], rel=0.005)  # measured 0.0022
     scale = found["/control"].column("limit_scale")
     np.testing.assert_allclose(scale, 1.0 - wear * energy, atol=1e-3)  # a breakpoint
 
 
 def test_no_wear_has_the_bits_of_no_limits(tmp_path):
-    plain, zero = (run(text, tmp_path, f"x{k}") for k, text in enumerate(("", "wear = 0.0")))
+    plain, zero = (run(text, tmp_path) for text in ("", "wear = 0.0"))
     assert set(plain) == set(zero)
     np.testing.assert_array_equal(plain["/modes"].values, zero["/modes"].values)
 
@@ -89,10 +88,14 @@ def test_no_wear_has_the_bits_of_no_limits(tmp_path):
 @pytest.mark.parametrize(
     ("limits", "contacts", "said"),
     [
-        ("wear = 100.0", "", "limits.wear: the friction limits fall to 0.05 of limits.scale at t"),
-        ("wear = -1.0", "", "limits.wear: must be >= 0"),
+        ("wear = 100.0", JENKINS, "the friction limits fall to 0.05 of limits.scale by t = "),
+        ("wear = -1.0", JENKINS, "must be >= 0"),
+        ("wear = 1.0", TANH, "the motion must scale with limits and preloads, but tanh has"),
+        ('wear = 1.0\n[model]\ntable = "none"', JENKINS, "full order has fixed limits"),
     ],
 )
 def test_wear_that_cannot_be_followed_is_refused(limits, contacts, said, tmp_path):
-    with pytest.raises(rom.SlipmodeError, match=said.replace(".", r"\.")):
-        run(limits, tmp_path, "refused")
+    text = SCENE.replace("LIMITS", limits).replace(JENKINS, contacts)
+    with pytest.raises(rom.SlipmodeError, match=said.replace(".", r"\.")) as refused:
+        runner.run(parse_scene(text, "."), tmp_path)
+    assert "limits.wear" in str(refused.value)
