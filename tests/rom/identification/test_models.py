@@ -73,7 +73,7 @@ def test_samples_have_the_intervals_and_travel_with_the_model(two_modes, tmp_pat
         fmu.Component(direct, sample=1)
     few = rom.identify(measurement(decays(1, 2)), bands=BANDS, law="power", cross=False)
     with pytest.raises(rom.SlipmodeError, match=r"samples: need a finite deviation of each"):
-        few.model(samples=3)
+        few.samples(3)
 
 
 @pytest.mark.parametrize(

@@ -14,23 +14,14 @@ JENKINS = f'[[contacts]]\nlaw = "jenkins"\nlimit = {LIMIT}\nstiffness = 2.0'
 LAWS = 2 * [jenkins(LIMIT, 2.0)]
 TANH = '[friction]\nlaw = "tanh"\nlimit = 2.0\nalpha = 0.02'
 SCENE = f"""
-[structure]
-model = "two-mass"
-damping = {DAMPING}
+structure = {{model = "two-mass", damping = {DAMPING}}}
+modes = {{A = 0}}
+forcing.A = {{dof = 0, amplitude = {FORCE}, frequency = {OMEGA}}}
+run = {{duration = {PERIODS * 2.0 * np.pi / OMEGA}, step = 10.0}}
+log = {{rerun = false}}
 {JENKINS}
-[modes]
-A = 0
-[forcing.A]
-dof = 0
-amplitude = {FORCE}
-frequency = {OMEGA}
-[run]
-duration = {PERIODS * 2.0 * np.pi / OMEGA}
-step = 10.0
 [limits]
 LIMITS
-[log]
-rerun = false
 """
 
 
