@@ -390,18 +390,9 @@ static int set_table(loader *l, fmu_model *model, const fmu_layout *shape) {
     model->sample_extent[1] = values * l->extent[CORRECTIONS];
     model->tones = model->flow.ratio != 0.0 ? 1 : shape->modes;
     if (!set_contact(l, model, shape)) return 0;
-    sm_motion motion;
-    double parameters[FMU_PARAMETERS];
-    memcpy(parameters, model->constants->parameters, sizeof parameters);
-    sm_slow_flow flow;
-    for (int32_t k = 0; k <= shape->samples; k++) {
-        parameters[FMU_SAMPLE] = k;
-        fmu_set_parameters(model, parameters, &flow, &motion);
-        motion.wanted = 1; /* checked for any parameters, so that instances need not */
-        const sm_status status = sm_component_check(&flow, &model->contact, &motion);
-        if (status != SM_OK) return is_model(l, status);
-    }
-    return 1;
+    sm_motion motion = model->motion; /* checked for any parameters, so that instances need not */
+    motion.wanted = 1;
+    return is_model(l, sm_component_check(&model->flow, &model->contact, &motion));
 }
 
 static int load_all(loader *l, fmu_model *model, const char *token) {

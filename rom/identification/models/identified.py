@@ -312,7 +312,7 @@ class IdentifiedLaw:
         """
         if not isinstance(count, int | np.integer) or count < 0:
             raise SlipmodeError(f"samples = {in_one_line(count)}: must be a whole number >= 0")
-        if count and not self.has_posterior:
+        if count and not np.isfinite(list(self.deviation.values())).all():
             raise SlipmodeError(
                 "samples: need a finite deviation of each parameter, from at least three records "
                 "of modes whose law is claimed"
@@ -328,11 +328,6 @@ class IdentifiedLaw:
                 f"data do not determine {', '.join(self.unidentified) or 'its damping'}"
             )
         return found
-
-    @property
-    def has_posterior(self) -> bool:
-        """Whether each parameter has a finite deviation, so that there are samples."""
-        return bool(np.isfinite(list(self.deviation.values())).all())
 
     def sensor_factors(self, *, modal_mass: Any = None, mode_shape: Any = None) -> Complexes:
         """Return the sensor amplitude for a modal amplitude of 1 kg^1/2 m.
