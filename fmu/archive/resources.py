@@ -226,15 +226,15 @@ def _table_arrays(
 
 
 def _samples(model: Model, force_patterns: ForcePatterns | None, elastic: Sequence[int]) -> Floats:
-    """Return what differs between the samples, a row each, as fmu_use_sample reads it."""
+    """Return what differs between the samples, a row each, as fmu_set_parameters reads it."""
     rows = []
     for sample in range(1, 1 + (0 if model.samples is None else len(model.samples))):
         own = sample_of(model, sample)
         flow, table = slow_flow(own, force_patterns), own.table
-        fields: list[Any] = [flow.natural, flow.damping, flow.cross_response, flow.other_modes]
-        fields += [table.values, table.rate_correction]
-        fields.append(forces_out(own, force_patterns, elastic).view(float))
-        rows.append(np.concatenate([np.ravel(field) for field in fields]))
+        parts: list[Any] = [flow.natural, flow.damping, flow.cross_response, flow.other_modes]
+        parts += [table.values, table.rate_correction]
+        parts.append(forces_out(own, force_patterns, elastic).view(float))
+        rows.append(np.concatenate([np.ravel(part) for part in parts]))
     return np.array(rows) if rows else np.empty((0, 0))
 
 
