@@ -89,6 +89,7 @@ from .slow.motion import reconstruct as reconstruct
 from .slow.motion import sum_harmonics as sum_harmonics
 from .slow.rates.decay_rates import decay_rates as decay_rates
 from .slow.rates.model_of_rates import model_of_rates as model_of_rates
+from .slow.rates.rate_samples import sample_of as sample_of
 from .slow.steady import ResonanceCurve as ResonanceCurve
 from .slow.steady import ResonanceSurface as ResonanceSurface
 from .slow.steady import resonance as resonance

@@ -105,12 +105,11 @@ static sm_status build(fmu_instance *instance, const double *parameters, const d
     const size_t size = sizeof instance->built_with;
     const int same =
         instance->core && memcmp(instance->built_with, parameters, size) == 0;
-    sm_slow_flow flow = instance->flow;
-    sm_motion motion = instance->motion;
+    sm_slow_flow flow;
+    sm_motion motion;
     fmu_core *built = instance->core;
     sm_status status = SM_OK;
-    memcpy(flow.damping, parameters + FMU_DAMPING, sizeof flow.damping);
-    motion.wanted = parameters[FMU_CONTACT_WANTED] != 0.0;
+    fmu_set_parameters(instance->model, parameters, &flow, &motion);
     if (!same)
         status = fmu_core_create(instance->model, &flow, &motion, parameters[FMU_TOLERANCE], &built);
     if (status != SM_OK) return status;
