@@ -68,6 +68,8 @@ from .modes import modes as modes
 from .reduction.combination import CombinationResonance as CombinationResonance
 from .reduction.combination import combination_resonances as combination_resonances
 from .reduction.interaction.mode_proposals import ModeProposal as ModeProposal
+from .reduction.nonlinear.static_cases import fit_nonlinear_stiffness as fit_nonlinear_stiffness
+from .reduction.nonlinear.stiffness import with_nonlinear_stiffness as with_nonlinear_stiffness
 from .reduction.reduction import Reduced as Reduced
 from .reduction.reduction import reduce as reduce
 from .rotor.reduction import reduce_rotating as reduce_rotating

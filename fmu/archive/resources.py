@@ -295,6 +295,7 @@ def _constants(
         np.resize(carried_frequencies(model), kernel.MODES),
         relative_range(model),
         [flow.ratio],
+        flow.hardening,
     )
     return np.concatenate([np.array(part).ravel() for part in parts])
 

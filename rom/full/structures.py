@@ -11,6 +11,7 @@ from slipmode.rom.arrays import Flags, Floats
 from slipmode.rom.full.excitation import Excitation
 from slipmode.rom.full.motion import State
 from slipmode.rom.reduction.force_response import AppliedForces, Forces
+from slipmode.rom.reduction.nonlinear.stiffness import refuse_nonlinear_stiffness
 from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.reduction.structural_damping import without_loss
 from slipmode.rom.short_repr import frozen
@@ -179,6 +180,7 @@ def aeroelastic(
     Structure
         Structure with additional stiffness and damping, dense.
     """
+    refuse_nonlinear_stiffness(reduced, "full order", "compare without coefficients")
     c = reduced.aerodynamics
     if c is None:
         return structure

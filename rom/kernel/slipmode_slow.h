@@ -36,7 +36,8 @@ SM_API sm_status sm_table_lookup(const sm_table *table, size_t points, const dou
 /* ---- slow flow ------------------------------------------------------------------------ */
 
 /* Amplitude equations (18), (19) in the frame of the forcing:
- *   mass_j a_j' + stiffness_j a_j = F_j exp(i ph_j)/2 + Q_j a_j [+ combination resonances]. */
+ *   mass_j a_j' + (stiffness_j + sum_k h_jk |a_k|^2) a_j
+ *       = F_j exp(i ph_j)/2 + Q_j a_j [+ combination resonances]. */
 typedef struct {
     int32_t paper;              /* 1: carrier at the natural frequency; 0: at the forcing */
     double natural[SM_MODES];   /* omega_j [rad/s] */
@@ -56,6 +57,8 @@ typedef struct {
     sm_combination combination[SM_COMBINATIONS]; /* the first table.combinations are used */
     double ratio; /* Omega_B / Omega_A of modes on one tone: the effect of their combination
                      resonances is constant in steady motion; 0: a tone for each mode */
+    double hardening[SM_MODES][SM_MODES]; /* h_jk: nonlinear stiffness of mode j per |a_k|^2
+                                             [rad^2/s^2 per kg m^2], symmetric */
 } sm_slow_flow;
 
 /* Inputs over a step: value at its start and rate of change during it. */
@@ -95,7 +98,7 @@ SM_API sm_status sm_slow_flow_rates(const sm_slow_flow *flow, size_t points,
 
 /* Computes the terms that balance in steady motion, without a'' and without the combination
  * resonances, whose mean over time is zero:
- *   balance  (points, 4, modes, 2): mass_j, stiffness_j, Q_j a_j and da_j/dt
+ *   balance  (points, 4, modes, 2): mass_j, stiffness_j + sum_k h_jk |a_k|^2, Q_j a_j and da_j/dt
  *   jacobian (points, 2 modes, 2 modes) of da_j/dt by (Re, Im) of the amplitudes; NULL: none
  * SM_OUTSIDE_TABLE if a point is outside the table: its terms are NaN. */
 SM_API sm_status sm_slow_flow_balance(const sm_slow_flow *flow, size_t points,

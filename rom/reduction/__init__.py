@@ -3,6 +3,7 @@
 reduction.py          reduce: which modes, law, carriers and force patterns. Start here.
 bonded.py, stuck.py   Eqs. (8), (13), (20): reduction about bonded or stuck contacts
 reduced.py            Reduced, the result: Eq. (12) with damping and inertia of the contacts
+nonlinear/            geometric nonlinearity: quadratic and cubic stiffness of the modes
 nonresonant.py        other modes that respond to the contacts
 reaction.py           force of the responding modes back on the contacts
 interaction/          internal resonances, and modes that must be retained together

@@ -96,6 +96,8 @@ class Reduced:
         Force on each mode [-], in any scale, whose quasi-static response is included.
     aerodynamics : (modes,) complex ndarray or None
         Aerodynamic influence coefficients c_j [rad^2/s^2].
+    quadratic, cubic : (modes,) * 3, (modes,) * 4 ndarray or None
+        Coefficients of `rom.with_nonlinear_stiffness`.
     loss : (modes + nonresonant + N_c, modes + nonresonant + N_c) ndarray or None
         Structural damping K'' on all shapes, whose equivalent at the carriers the damping has.
     spin : (modes, 4) ndarray or None
@@ -133,6 +135,8 @@ class Reduced:
     contacts: Elements | None = None
     force_patterns: Floats | None = None
     aerodynamics: Complexes | None = None
+    quadratic: Floats | None = None
+    cubic: Floats | None = None
     loss: Floats | None = None
     spin: Floats | None = None
     structure: Structure | None = None
@@ -140,10 +144,8 @@ class Reduced:
     ratio: float = 0.0
 
     def __repr__(self) -> str:
-        modes = ", ".join(
-            f"{number} at {omega:.4g} rad/s"
-            for number, omega in zip(self.modes, self.frequency, strict=True)
-        )
+        each = zip(self.modes, self.frequency, strict=True)
+        modes = ", ".join(f"{number} at {omega:.4g} rad/s" for number, omega in each)
         return (
             f"Reduced({self.formulation}, mode {modes}, {self.n_contacts} contacts, "
             f"{self.nonresonant_frequency.size} nonresonant modes, {self.n_dofs} DOFs)"
@@ -215,15 +217,13 @@ class Reduced:
     @property
     def aerodynamic_damping(self) -> Floats:
         """Modal damping due to aerodynamics, (modes,) [1/s]."""
-        if self.aerodynamics is None:
-            return np.zeros(len(self.modes))
-        return np.asarray(self.aerodynamics.imag / self.structural_frequency)
+        c = np.zeros(len(self.modes)) if self.aerodynamics is None else self.aerodynamics.imag
+        return np.asarray(c / self.structural_frequency)
 
     def held(self, structure: Structure) -> Held:
         """Return what was reduced, with contacts bonded (rigid laws) or stuck (elastic laws)."""
-        if self.contacts is None:
-            return bonded(structure)
-        return stuck(structure, self.contacts.reference)
+        elements = self.contacts
+        return stuck(structure, elements.reference) if elements else bonded(structure)
 
     def modal_stiffness(self, frequency: ArrayLike) -> Complexes:
         """Return the dynamic stiffness D(nu) of the modes.

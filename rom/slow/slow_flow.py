@@ -15,6 +15,7 @@ from slipmode.rom import kernel
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.detuning import coupling_factor
 from slipmode.rom.reduction.force_response import AppliedForces, ForcePatterns, phasor
+from slipmode.rom.reduction.nonlinear.stiffness import hardening
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.table.model import Model
 
@@ -41,6 +42,7 @@ def shifted_flow(model: Model, shift: Complexes | float) -> kernel.Structure:
         _store(flow.spin, np.ascontiguousarray(reduced.spin[:, 0]))
     _store(flow.damping, reduced.modal_damping)
     _store(flow.coupling_ratio, reduced.coupling_coefficients)
+    _store(flow.hardening, hardening(reduced))
     _store(flow.off_resonance, np.full(model.modes, shift, dtype=complex))
     for k, term in enumerate(model.combinations):
         flow.combination[k] = kernel.Combination(term.mode, term.n, term.m)

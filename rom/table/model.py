@@ -41,7 +41,7 @@ from slipmode.rom.validity import Finding, detuning_findings
 
 FORMAT = 31  # of the file; raised whenever tables computed before must not be used any more
 
-OPTIONAL_ARRAYS = ("force_patterns", "aerodynamics", "loss", "spin")
+OPTIONAL_ARRAYS = ("force_patterns", "aerodynamics", "quadratic", "cubic", "loss", "spin")
 TABLE_ARRAYS = ("rate_correction", "detuning")  # that not all tables have
 
 
@@ -314,12 +314,12 @@ class Model:
             formulation=header["formulation"],
             modes=tuple(header["modes"]),
             contacts=elastic,
-            force_patterns=content.get("force_patterns"),
-            aerodynamics=content.get("aerodynamics"),
-            loss=content.get("loss"),
-            spin=content.get("spin"),
             ratio=header["ratio"],
-            **{name: content[name] for name in REDUCED_ARRAYS},
+            **{
+                name: content[name]
+                for name in (*REDUCED_ARRAYS, *OPTIONAL_ARRAYS)
+                if name in content
+            },
         )
         surface = (content["node_a"], content["node_b"], content["values"])
         others = [content.get(name) for name in TABLE_ARRAYS]

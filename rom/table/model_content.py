@@ -72,7 +72,7 @@ def check_arrays(header: Mapping[str, Any], content: Mapping[str, np.ndarray]) -
     sizes |= {"4": 4, "k": 2 * (modes + combinations + 1), "l": 2 * modes**2}
     optional = {"rate_correction": "ab4l"} if header["formulation"] == "consistent" else {}
     given = {"force_patterns": "mn", "aerodynamics": "m", "loss": "rr", "spin": "m4"}
-    given |= {"detuning": "ab4l", "samples": "sabm"}
+    given |= {"detuning": "ab4l", "samples": "sabm", "quadratic": "mmm", "cubic": "mmmm"}
     optional |= {name: layout for name, layout in given.items() if name in content}
     table = {"node_a": "a", "node_b": "b", "values": "ab4k"}
     if orders:

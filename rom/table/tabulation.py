@@ -22,6 +22,7 @@ from slipmode.rom.errors import SlipmodeError, UnsettledError
 from slipmode.rom.laws.friction import Friction, check_law
 from slipmode.rom.progress import progress_bar
 from slipmode.rom.reduction.combination import CombinationResonance, Order
+from slipmode.rom.reduction.nonlinear.stiffness import check_amplitude_range
 from slipmode.rom.reduction.reduction import Reduced
 from slipmode.rom.reduction.tones import combinations_along
 from slipmode.rom.representable import LARGEST_PRODUCT, SMALLEST_PRODUCT
@@ -174,6 +175,7 @@ def tabulate(
         check_count("threads", threads)
     check_law(reduced.n_contacts, reduced.contacts, law)
     check_table_carriers(reduced.frequency, reduced.carrier)
+    check_amplitude_range(reduced, ends)
     if warned:
         warn(model_findings(reduced, law, ends, combinations or ()))
     if combinations is None:

@@ -15,6 +15,7 @@ from slipmode.rom.arrays import Floats
 from slipmode.rom.contact.slip_onset import slip_onset
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.friction import RigidFriction
+from slipmode.rom.reduction.nonlinear.stiffness import refuse_nonlinear_stiffness
 from slipmode.rom.reduction.tones import combinations_along
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.branches.forced import Varied
@@ -199,6 +200,9 @@ def scene_performance(
         raise SlipmodeError(
             f"forcing.{name}: must not be 0, because this force causes the resonance peak"
         )
+    refuse_nonlinear_stiffness(
+        plan.excited.reduced, "the peak against limits", "compute a response curve for each limit"
+    )
     law, aerodynamics = plan.excited.law, plan.excited.reduced.aerodynamics
     reduced = rom.reduce(
         plan.structure,

@@ -15,6 +15,7 @@ from slipmode.rom.laws.friction import RigidFriction
 from slipmode.rom.laws.states import STATES
 from slipmode.rom.reduction.combination import TRANSIENT_SEPARATION
 from slipmode.rom.reduction.force_response import AppliedForces
+from slipmode.rom.reduction.nonlinear.stiffness import with_nonlinear_stiffness
 from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.reduction.tones import on_one_tone
 from slipmode.rom.short_repr import percentage
@@ -85,6 +86,18 @@ def _excite(
             [scene.aerodynamics.get(mode, 0j) for mode in modes] if scene.aerodynamics else None,
             progress=progress,
         )
+        if scene.nonlinear_stiffness:
+            # of modes that are left out there is no amplitude
+            letters = str.maketrans("".join(modes), "AB"[: len(modes)])
+            with naming("nonlinear_stiffness"):
+                reduced = with_nonlinear_stiffness(
+                    reduced,
+                    {
+                        name.translate(letters): value
+                        for name, value in scene.nonlinear_stiffness.items()
+                        if set(name) <= set(modes)
+                    },
+                )
         if scene.modes.ratio is not None:
             reduced = on_one_tone(reduced, scene.modes.ratio, _middle(scene))
     initial = initial_amplitudes(scene, modes)

@@ -54,6 +54,8 @@ def slow_time_error(scene: Scene, error: str) -> Finding:
         advice = 'runs with model.transients = "auto" integrate such stretches at full order'
     elif model.formulation == "paper":
         advice = 'model.formulation = "paper" allows slow time only'
+    elif scene.nonlinear_stiffness:
+        advice = "[nonlinear_stiffness] allows slow time only"
     else:
         advice = "limits.scale allows slow time only"
     return Finding("transients", "slow time", f"{reason}; {advice}", "warning")

@@ -174,6 +174,43 @@ class Aerodynamics:
 
 
 @dataclass(frozen=True)
+class NonlinearStiffness:
+    """Quadratic and cubic stiffness; a coefficient holds for each order of its letters.
+
+    Attributes
+    ----------
+    AAA
+        Quadratic coefficient alpha_AAA of mode A.
+    AAB
+        Quadratic coefficient alpha_AAB.
+    ABB
+        Quadratic coefficient alpha_ABB.
+    BBB
+        Quadratic coefficient alpha_BBB of mode B.
+    AAAA
+        Cubic coefficient gamma_AAAA of mode A; > 0 hardens.
+    AAAB
+        Cubic coefficient gamma_AAAB.
+    AABB
+        Cubic coefficient gamma_AABB: the stiffness of each mode with the square of the other.
+    ABBB
+        Cubic coefficient gamma_ABBB.
+    BBBB
+        Cubic coefficient gamma_BBBB of mode B; > 0 hardens.
+    """
+
+    AAA: Annotated[float | None, FINITE, "kg^-1/2 m^-1 s^-2"] = None
+    AAB: Annotated[float | None, FINITE, "kg^-1/2 m^-1 s^-2"] = None
+    ABB: Annotated[float | None, FINITE, "kg^-1/2 m^-1 s^-2"] = None
+    BBB: Annotated[float | None, FINITE, "kg^-1/2 m^-1 s^-2"] = None
+    AAAA: Annotated[float | None, FINITE, "kg^-1 m^-2 s^-2"] = None
+    AAAB: Annotated[float | None, FINITE, "kg^-1 m^-2 s^-2"] = None
+    AABB: Annotated[float | None, FINITE, "kg^-1 m^-2 s^-2"] = None
+    ABBB: Annotated[float | None, FINITE, "kg^-1 m^-2 s^-2"] = None
+    BBBB: Annotated[float | None, FINITE, "kg^-1 m^-2 s^-2"] = None
+
+
+@dataclass(frozen=True)
 class Run:
     """Duration and communication steps.
 
@@ -334,6 +371,7 @@ class SceneFile:
     forcing: Forcings
     initial: Initial
     aerodynamics: Aerodynamics
+    nonlinear_stiffness: NonlinearStiffness
     run: Run
     model: ModelOptions
     contact: tuple[Window, ...] = ()

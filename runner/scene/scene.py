@@ -150,6 +150,9 @@ def read_scene(content: Content, folder: str | PathLike[str], text: str = "") ->
     forcing = _forcing(file.forcing, modes, run.duration, units)
     initial = _by_mode("initial", file.initial, modes)
     aerodynamics = _by_mode("aerodynamics", file.aerodynamics, modes)
+    coefficients = {k: v for k, v in vars(file.nonlinear_stiffness).items() if v is not None}
+    if coefficients:
+        _check_nonlinear(file.model, content, modes)
     moving = bool(forcing) or any(initial.values())
     refuse_if(not moving, "forcing: no mode moves; give A, B or an initial amplitude")
     _check_windows(file)
@@ -200,6 +203,7 @@ def read_scene(content: Content, folder: str | PathLike[str], text: str = "") ->
         forcing=forcing,
         initial=initial,
         aerodynamics=aerodynamics,
+        nonlinear_stiffness=coefficients,
         run=run,
         model=model,
         contact=tuple(sorted(file.contact, key=attrgetter("start"))),
@@ -245,11 +249,23 @@ def _check_slow_time(model: ModelOptions, where: str) -> None:
     refuse_if(hybrid, f'model.transients: must be "auto" or "slow" {where}')
 
 
+def _check_nonlinear(model: ModelOptions, content: Content, modes: Modes) -> None:
+    """Refuse what scenes with nonlinear stiffness do not have."""
+    where = "with [nonlinear_stiffness]"
+    _check_slow_time(model, where)
+    refuse_if(model.formulation == "paper", f'model.formulation: must be "consistent" {where}')
+    refuse_given(content, "modes", ("ratio",), f"must be left out {where}")
+    if modes.B is None:
+        only_A = "must be left out, because [modes] has only mode A"
+        of_B = [name for name in content["nonlinear_stiffness"] if "B" in name]
+        refuse_given(content, "nonlinear_stiffness", of_B, only_A)
+
+
 def _check_elastic(content: Content, model: ModelOptions, where: str) -> None:
     """Refuse what scenes with sectors and those with several modes on one tone do not have."""
     elastic = f"{where} contacts are elastic, [[contacts]]; {STAND_IN}"
     refuse_given(content, "", ("friction",), elastic)
-    left_out = ("preload", "limits", "aerodynamics", "model.budget")
+    left_out = ("preload", "limits", "aerodynamics", "nonlinear_stiffness", "model.budget")
     refuse_given(content, "", left_out, f"must be left out {where}")
     _check_slow_time(model, where)
 

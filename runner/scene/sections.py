@@ -166,6 +166,8 @@ class Scene:
         Amplitudes at t = 0 by mode [kg^1/2 m].
     aerodynamics : mapping of str to complex
         Aerodynamic influence coefficients by mode [rad^2/s^2], see `rom.reduce`.
+    nonlinear_stiffness : mapping of str to float
+        Coefficients by letters of modes, see `rom.with_nonlinear_stiffness`.
     run, model : Run, ModelOptions
         Duration and steps; options of the reduced model.
     contact, elastic : tuple of Window
@@ -190,6 +192,7 @@ class Scene:
     forcing: Mapping[str, Forcing]
     initial: Mapping[str, complex]
     aerodynamics: Mapping[str, complex]
+    nonlinear_stiffness: Mapping[str, float]
     run: Run
     model: ModelOptions
     contact: tuple[Window, ...]
@@ -226,7 +229,8 @@ class Scene:
     def switches(self) -> bool:
         """Whether a run uses full order where the transient error is too large."""
         possible = self.tabulated and self.model.formulation == "consistent" and self.disk is None
-        return possible and self.limit_scale is None and self.model.transients != "slow"
+        fixed = self.limit_scale is None and not self.nonlinear_stiffness
+        return possible and fixed and self.model.transients != "slow"
 
     @property
     def static_force(self) -> float | None:

@@ -224,6 +224,7 @@ def read_saved_model(file: str | None, content: Content, folder: Path) -> Model 
         raise SlipmodeError(f"model.file: no such model file: {str(path)!r}") from None
     its_own = "must be left out, because the model of model.file has its own"
     tables = ("structure", "friction", "contacts", "preload", "aerodynamics", "modes")
+    refuse_given(content, "", ("nonlinear_stiffness",), its_own)
     refuse_given(content, "", tables, its_own)
     no_structure = "must be left out, because model.file has no structure for full order"
     refuse_given(content, "model", ("table", "transients"), no_structure)

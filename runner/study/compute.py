@@ -12,6 +12,7 @@ from slipmode.rom import Model
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.force_response import AppliedForces, phasor
+from slipmode.rom.reduction.nonlinear.stiffness import refuse_nonlinear_stiffness
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.branches.backbone import resonance_peaks
 from slipmode.rom.slow.steady_motion import SteadyMotion
@@ -106,6 +107,9 @@ def loads_at_end(scenes: Sequence[Scene], excited: Excited) -> Loads:
     for k, scene in enumerate(scenes):
         end = scene.run.duration
         if scene.limit_scale is not None:
+            refuse_nonlinear_stiffness(
+                excited.reduced, "a study with limits.scale", "vary the limits of the contacts"
+            )
             scale[k] = scene.limit_scale.value_before(end)
         for j, mode in enumerate(excited.modes):
             if (forcing := scene.forcing.get(mode)) is not None:

@@ -130,6 +130,10 @@ def validate(
     if scene.limit_scale is not None:
         key = "wear" if scene.wear else "scale"
         raise SlipmodeError(f"limits.{key}: must be left out, because full order has fixed limits")
+    if scene.nonlinear_stiffness:
+        raise SlipmodeError(
+            "nonlinear_stiffness: must be left out, because full order does not include it"
+        )
     if scene.mistuning:
         return _validate_blades(scene, output, progress=progress)
     started = perf_counter()

@@ -223,6 +223,7 @@ static void set_flow(fmu_model *model, const fmu_layout *shape, const fmu_consta
         flow->combination[k] = (sm_combination){term[0], term[1], term[2]};
     flow->paper = shape->paper;
     flow->ratio = given->ratio;
+    memcpy(flow->hardening, given->hardening, sizeof flow->hardening);
     memcpy(flow->natural, given->natural, sizeof flow->natural);
     memcpy(flow->spin, given->spin, sizeof flow->spin);
     memcpy(flow->carrier, given->carrier, sizeof flow->carrier);

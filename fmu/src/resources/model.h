@@ -66,6 +66,7 @@ typedef struct {
     double middle[SM_MODES];           /* forcing frequency of which carrier_range is a multiple */
     double carrier_range[2];           /* allowed forcing frequencies, relative to the middle */
     double ratio;                      /* of the carriers of two modes on one tone, else 0 */
+    double hardening[SM_MODES][SM_MODES];
 } fmu_constants;
 
 /* What differs between the samples: a row of samples.npy begins with it. The friction table, its

@@ -25,7 +25,8 @@ sm_status sm_slow_flow_check(const sm_slow_flow *flow) {
         SM_TRY(sm_check_positive(flow->natural[j]));
         if (!isfinite(flow->damping[j]) || !isfinite(flow->spin[j])
             || !SM_FINITE(flow->coupling_ratio[j]) || !SM_FINITE(flow->off_resonance[j])
-            || !SM_FINITE(flow->cross_response[j]) || !SM_FINITE(flow->other_modes[j]))
+            || !SM_FINITE(flow->cross_response[j]) || !SM_FINITE(flow->other_modes[j])
+            || !SM_FINITE(flow->hardening[j]))
             return SM_NOT_FINITE;
     }
     for (int k = 0; k < flow->table.combinations; k++)
@@ -103,8 +104,11 @@ sm_status sm_slow_flow_balance(const sm_slow_flow *flow, size_t points, const sm
             fill_with_nan(slopes, slopes ? unknowns * unknowns : 0);
             continue;
         }
-        const sm_complex *const parts[] = {instant.now.mass, instant.now.stiffness,
-                                           state.reaction, state.rate};
+        sm_complex stiffness[SM_MODES];
+        for (int j = 0; j < flow->table.modes; j++)
+            stiffness[j] = sm_cadd(instant.now.stiffness[j], sm_cx(state.hardening[j], 0.0));
+        const sm_complex *const parts[] = {instant.now.mass, stiffness, state.reaction,
+                                           state.rate};
         for (size_t k = 0; k < 4; k++) memcpy(balance + k * unknowns, parts[k], size);
         if (!sm_all_finite(balance, 4 * unknowns)) return SM_NOT_FINITE;
         if (slopes) sm_flow_jacobian(flow, &instant, &state, slopes);

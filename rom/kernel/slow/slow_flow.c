@@ -15,7 +15,7 @@
  * integrated:
  *   mass a' + stiffness a = load - load' / mass + mass' load / mass^2 + lag.
  * The lag is the friction force less the friction force of steady motion. The paper neglects load',
- * mass' and the lag. */
+ * mass' and the lag. The nonlinear stiffness sum_k h_jk |a_k|^2 of the mode acts as a load -h a. */
 
 /* Returns x a + y b. */
 SM_INLINE sm_complex scaled_sum(sm_complex a, double x, sm_complex b, double y) {
@@ -34,7 +34,12 @@ SM_INLINE sm_status flow_at(const sm_slow_flow *flow, sm_instant *instant, int m
     for (int j = 0; j < modes; j++) {
         state->gain[j] = sm_cmul(instant->gain[j], state->friction.unit[j]);
         state->reaction[j] = sm_cmul(state->gain[j], state->friction.term[j]);
-        const sm_complex load = scaled_sum(instant->now.force[j], 0.5, state->reaction[j], 1.0);
+        state->hardening[j] = 0.0;
+        for (int k = 0; k < modes; k++)
+            state->hardening[j] += flow->hardening[j][k] * sm_cabs2(state->amplitude[k]);
+        const sm_complex forced = scaled_sum(instant->now.force[j], 0.5, state->reaction[j], 1.0);
+        const sm_complex load =
+            scaled_sum(forced, 1.0, state->amplitude[j], -state->hardening[j]);
         state->follow[j] = sm_cmul(load, instant->per_mass[j]);
         state->rate[j] =
             sm_csub(state->follow[j], sm_cmul(instant->spring[j], state->amplitude[j]));
@@ -77,7 +82,13 @@ SM_INLINE void flow_change(const sm_slow_flow *flow, const sm_instant *instant, 
             const double *by_frequency = f->by_frequency + 2 * (j * modes + k);
             term = sm_cadd(term, sm_cscale(sm_pair(by_frequency), d->detuning[k]));
         }
-        load[j] = sm_cmul(state->gain[j], term);
+        double stiffened = 0.0;
+        for (int k = 0; k < modes; k++)
+            stiffened += 2.0 * flow->hardening[j][k]
+                         * sm_cmul(sm_conj(state->amplitude[k]), amplitude[k]).re;
+        const sm_complex elastic =
+            scaled_sum(amplitude[j], state->hardening[j], state->amplitude[j], stiffened);
+        load[j] = sm_csub(sm_cmul(state->gain[j], term), elastic);
         if (!d) continue;
         const sm_complex gain = scaled_sum(d->coupling[j], s, now->coupling[j], d->limit_scale);
         const sm_complex rescaled = sm_cmul(sm_cmul(gain, f->unit[j]), f->term[j]);
@@ -109,11 +120,16 @@ void sm_flow_jacobian(const sm_slow_flow *flow, const sm_instant *instant,
             const sm_complex w = sm_cmul(sm_conj(f->unit[k]), instant->ratio[k]);
             const sm_complex along = sm_cmul(gain, f->along[j][k]);
             const sm_complex across = sm_cmul(gain, f->across[j][k]);
-            const sm_complex own = j == k ? instant->spring[j] : sm_cx(0.0, 0.0);
-            re[2 * k] = along.re * w.re + across.re * w.im - own.re;
-            im[2 * k] = along.im * w.re + across.im * w.im - own.im;
-            re[2 * k + 1] = across.re * w.re - along.re * w.im + own.im;
-            im[2 * k + 1] = across.im * w.re - along.im * w.im - own.re;
+            sm_complex own = sm_cx(0.0, 0.0);
+            if (j == k)
+                own = scaled_sum(instant->per_mass[j], state->hardening[j], instant->spring[j], 1.0);
+            const sm_complex stiffened = sm_cscale(
+                sm_cmul(instant->per_mass[j], state->amplitude[j]), 2.0 * flow->hardening[j][k]);
+            const sm_complex a = state->amplitude[k];
+            re[2 * k] = along.re * w.re + across.re * w.im - own.re - stiffened.re * a.re;
+            im[2 * k] = along.im * w.re + across.im * w.im - own.im - stiffened.im * a.re;
+            re[2 * k + 1] = across.re * w.re - along.re * w.im + own.im - stiffened.re * a.im;
+            im[2 * k + 1] = across.im * w.re - along.im * w.im - own.re - stiffened.im * a.im;
         }
     }
 }
@@ -154,7 +170,8 @@ SM_INLINE double forces_power(const sm_slow_flow *flow, const sm_instant *instan
                               double tabulated) {
     double along = 0.0, steady = 0.0;
     for (int j = 0; j < modes; j++) {
-        const sm_complex F = instant->now.force[j], D = instant->now.stiffness[j];
+        const sm_complex F = instant->now.force[j], linear = instant->now.stiffness[j];
+        const sm_complex D = sm_cx(linear.re + state->hardening[j], linear.im);
         const sm_complex ratio = sm_cscale(sm_cmul(sm_pair(flow->off_resonance[j]), D), 2.0);
         const sm_complex reaction = sm_cadd(state->reaction[j], lag[j]);
         const sm_complex load = sm_csub(sm_cmul(D, shifted(flow, instant, state, j)), reaction);

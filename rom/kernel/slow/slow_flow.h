@@ -14,7 +14,8 @@ typedef struct {
     sm_friction friction;
     sm_complex gain[SM_MODES];     /* c s unit_j */
     sm_complex reaction[SM_MODES]; /* c s G_j: force of the contacts on the mode */
-    sm_complex follow[SM_MODES];   /* (force / 2 + reaction) / mass */
+    double hardening[SM_MODES];    /* sum_k h_jk |a_k|^2 [rad^2/s^2] */
+    sm_complex follow[SM_MODES];   /* (force / 2 + reaction - hardening a) / mass */
     sm_complex rate[SM_MODES];     /* follow - stiffness a / mass */
 } sm_flow_state;
 
@@ -28,7 +29,7 @@ SM_INLINE sm_friction_terms sm_steady_terms(const sm_slow_flow *flow) {
 sm_status sm_flow_at(const sm_slow_flow *flow, sm_instant *instant, sm_friction_terms terms,
                      const double *y, sm_flow_state *state);
 
-/* Computes the change of (force / 2 + reaction) along changes of amplitudes and coefficients, and
+/* Computes the change of (force / 2 + reaction - hardening a) along changes of amplitudes and coefficients, and
  * the relative change w of the effective amplitudes, d|e| + i |e| d(arg e). d is NULL for constant
  * coefficients. The beat, which is 0 for SM_CARRIERS, is added for a change per second. */
 void sm_flow_change(const sm_slow_flow *flow, const sm_instant *instant,

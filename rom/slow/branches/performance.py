@@ -18,6 +18,7 @@ from slipmode.rom.contact.slip_onset import slip_onset
 from slipmode.rom.errors import Finding, SlipmodeError
 from slipmode.rom.laws.friction import is_homogeneous
 from slipmode.rom.reduction.force_response import AppliedForces
+from slipmode.rom.reduction.nonlinear.stiffness import refuse_nonlinear_stiffness
 from slipmode.rom.short_repr import frozen, percentage
 from slipmode.rom.slow.answer_error import peak_errors
 from slipmode.rom.slow.branches.backbone import (
@@ -262,6 +263,9 @@ def performance_curve(
     >>> curve = rom.performance_curve(model, {0: 0.15})
     >>> factor, peak = curve.optimum
     """
+    refuse_nonlinear_stiffness(
+        model.reduced, "rom.performance_curve", "compute rom.response_curve for each limit"
+    )
     if not is_homogeneous(model.law, model.reduced.n_contacts):
         raise SlipmodeError(
             "law: the motion must scale with the limits, which excludes tanh and gaps; got "

@@ -1,6 +1,7 @@
 """Steady states of the slow flow with friction from the contact problem, as a curve.
 
-    mass_j a_j' = F_j / 2 - (omega_j^2 - Omega_j^2 + i gamma_j Omega_j) a_j + S_j(a, Omega, F)
+    mass_j a_j' = F_j / 2 - (omega_j^2 + sum_k h_jk |a_k|^2 - Omega_j^2 + i gamma_j Omega_j) a_j
+        + S_j(a, Omega, F)
 
 The continuation of the core follows it, as it follows curves with a friction table.
 """
@@ -14,6 +15,7 @@ import numpy as np
 
 from slipmode.rom import kernel
 from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.reduction.nonlinear.stiffness import hardening
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.branches.continuation import (
     Branch,
@@ -160,7 +162,8 @@ class ContactCurve:
         reduced, Omega = problem.model.reduced, flow.frequency
         contacts = self.friction.motion(ContactPoints.of(flow, a, q))
         omega, gamma = reduced.natural_at(Omega), reduced.modal_damping
-        stiffness = omega**2 - Omega**2 + 1j * gamma * Omega
+        stiffness = omega**2 + np.abs(a) ** 2 @ hardening(reduced)
+        stiffness = stiffness - Omega**2 + 1j * gamma * Omega
         mass = 0.5 * gamma + np.emath.sqrt(0.25 * gamma**2 - omega**2 + 0j) + 1j * Omega
         force = 0.5 * flow.force * (1.0 + self._through_dampers(Omega))
         rate = (force - stiffness * a + contacts.force) / mass

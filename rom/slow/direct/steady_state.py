@@ -16,6 +16,7 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.friction import Friction, check_law, pulled_at_rest
 from slipmode.rom.reduction.combination import Order, harmonic_orders
 from slipmode.rom.reduction.force_response import AppliedForces, Forces
+from slipmode.rom.reduction.nonlinear.stiffness import refuse_nonlinear_stiffness
 from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.direct.forced_balance import CLOSEST, ForcedBalance
@@ -193,6 +194,7 @@ def steady_state(
         raise SlipmodeError(f"start: must be a SteadyState, got {in_one_line(start)}")
     modes = len(reduced.modes)
     reduced.refuse_shared_tone("reduced: must be of one mode, the others respond as well")
+    refuse_nonlinear_stiffness(reduced, "rom.steady_state", "use rom.steady with a friction table")
     f = AppliedForces.of(reduced, force).force
     if reduced.formulation == "paper":
         raise SlipmodeError("formulation: must be 'consistent' for a steady state without a table")

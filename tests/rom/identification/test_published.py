@@ -1,5 +1,7 @@
 """Nine decays of a double beam and sine tests of a Brake-Reuss beam, measured by others.
 
+And four decays of a panel with friction and geometric nonlinearity, by finite elements.
+
 See shared/data/published/README.md.
 """
 
@@ -7,11 +9,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import scipy.io
 
 from slipmode import rom
 
 PUBLISHED = Path(__file__).parents[4] / "shared" / "data" / "published"
 DECAYS = PUBLISHED / "double_beam_decays_measured.npz"
+PANEL = PUBLISHED / "ssmlearn_trc_xData3DOFs.mat"
+ORBITS = PUBLISHED / "ssmlearn_trc_comsolPOs.mat"
 SINE = PUBLISHED / "brb_forced_responses_measured.mat"
 BANDS, BAND = [(100.0, 140.0), (225.0, 260.0)], (78.0, 82.0)
 pytestmark = [
@@ -107,3 +112,25 @@ def test_levels_that_were_left_out_are_predicted_within_their_bands(tests):
         measured = np.abs(made.test.response)
         inside.append(np.mean(np.abs(made.amplitude - measured) < 2.0 * made.deviation))
     assert np.mean(inside) > 0.9
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore")
+def test_decays_of_a_panel_predict_another_one_and_the_peaks_of_responses():
+    """Of both modes from 0.09 s on, without their harmonics; record 1 is left out."""
+    signals = scipy.io.loadmat(PANEL)["xData3DOFs"][:, 1]
+    records = [rom.Record(str(i), signal, 1e4) for i, signal in enumerate(signals)]
+    data = rom.Measurement(records, "displacement", "m", ("1", "2", "3"))
+    bands = [(90.0, 125.0), (180.0, 205.0)]
+    found = rom.identify(data, bands=bands, law="power", hold_out=["3"])
+    assert found.predict("3").error < 0.04  # 3.4 %
+    assert 1.5 < found.parameters["p_A"] < 2.0  # 1.7: a^2 by the arch, and friction
+    # Peaks |x| of the first decay at which responses to forces have their largest motion
+    decay, x = found.predict("0"), np.abs(signals[0][2])
+    start = next(record.start for record in found.records if record.name == "0")
+    for frequency, size in scipy.io.loadmat(ORBITS)["comsolPOs"]:
+        k = int(size.argmax())
+        last = np.flatnonzero(x > 1e-3 * size[0, k])[-1] * 1e-4 - start
+        a = np.interp(last, decay.times, decay.amplitude[:, 0])
+        omega = found.law.frequencies(np.array(a), np.array(0.0))[0]
+        assert omega / (2.0 * np.pi) == pytest.approx(frequency[0, k], rel=0.005)  # 0.4, 0.03 %

@@ -48,6 +48,7 @@ FRICTIONAL = (
 )
 PRESSED = FRICTIONAL.replace("preload = 1.0", "preload = 0.0") + "[preload]\n"
 ELASTIC = SCENE.replace(FRICTION, JENKINS)
+CUBIC = "[nonlinear_stiffness]\nAAAA = 0.1\n"
 COULOMB = '[friction]\nlaw = "coulomb"\nlimit = 2.0\n'
 
 
@@ -123,6 +124,10 @@ TEXTS = [
     (SCENE[: SCENE.index("[forcing.A]")] + SCENE[SCENE.index("[run]") :], "forcing: no mode mov"),
     (ELASTIC.replace("tolerance = 1e-3", 'table = "none"') + "[limits]\nscale = 2", "model.table"),
     (ELASTIC.replace('"consistent"', '"paper"'), 'model.formulation: must be "consistent" with'),
+    (SCENE + CUBIC + "ABBA = 1", "nonlinear_stiffness.ABBA: unknown key"),
+    (SCENE + CUBIC.replace("0.1", "-0.1"), "amplitude: cubic coefficients soften mode A to insta"),
+    (ELASTIC.replace("tolerance = 1e-3", 'table = "none"') + CUBIC, "model.table: must be"),
+    (SCENE.replace("\nB = 1\n", "\n") + CUBIC + "BBBB = 1", "forcing.B: must be left out"),
 ]
 REFUSED = [
     *((in_scene(old, new), message) for old, new, message in CHANGED),

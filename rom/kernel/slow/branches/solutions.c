@@ -26,8 +26,10 @@ typedef struct {
  *
  *   stiffness s / c z - c s f(|z|) z / |z| = F (1 / 2 + stiffness shift) = acting.
  *
- * The left-hand side for z = |z| is the force that the moduli need. */
+ * The left-hand side for z = |z| is the force that the moduli need. In it the nonlinear stiffness of
+ * the modes has amplitudes without the shift, |a| = s |z / c|. */
 typedef struct {
+    const sm_slow_flow *flow;
     sm_instant at; /* ratio = c / s, gain = c s */
     sm_complex spring[SM_MODES], acting[SM_MODES];
 } load;
@@ -73,6 +75,7 @@ static sm_status set_grid(grid *g, const sm_forced *forced) {
 /* Computes stiffness and acting force of each mode at given inputs. */
 static sm_status set_load(load *l, const sm_slow_flow *flow, const sm_inputs *inputs) {
     SM_TRY(sm_inputs_check(inputs, flow->table.modes));
+    l->flow = flow;
     l->at.known = 0;
     sm_instant_set(&l->at, flow, inputs);
     for (int j = 0; j < flow->table.modes; j++) {
@@ -83,9 +86,16 @@ static sm_status set_load(load *l, const sm_slow_flow *flow, const sm_inputs *in
     return SM_OK;
 }
 
-/* Returns the force that a modulus needs. */
-static sm_complex force_needed(const load *l, int mode, double modulus, sm_complex friction) {
-    return sm_csub(sm_cscale(l->spring[mode], modulus), sm_cmul(l->at.gain[mode], friction));
+/* Returns the force on a mode that the moduli need. */
+static sm_complex force_needed(const load *l, int mode, const double *modulus,
+                               sm_complex friction) {
+    double hardening = 0.0;
+    for (int k = 0; k < l->flow->table.modes; k++)
+        hardening += l->flow->hardening[mode][k] * modulus[k] * modulus[k]
+                     / sm_cabs2(l->at.ratio[k]);
+    const sm_complex added = sm_cdiv(sm_cx(hardening, 0.0), l->at.ratio[mode]);
+    const sm_complex spring = sm_cadd(l->spring[mode], added);
+    return sm_csub(sm_cscale(spring, modulus[mode]), sm_cmul(l->at.gain[mode], friction));
 }
 
 /* Sets two bits per mode at each corner: needed force <= acting force, and needed >= acting. */
@@ -93,9 +103,9 @@ static void set_sides(grid *g, const load *l) {
     for (int a = 0; a < corners(g, 0); a++)
         for (int b = 0; b < corners(g, 1); b++) {
             const int corner = corner_at(g, a, b);
+            const double modulus[SM_MODES] = {modulus_at(g, 0, a), modulus_at(g, 1, b)};
             unsigned sides = 0;
             for (int j = 0; j < g->modes; j++) {
-                const double modulus = modulus_at(g, j, j == 0 ? a : b);
                 const sm_complex friction = g->friction[corner][j];
                 const double needed = sm_cabs2(force_needed(l, j, modulus, friction));
                 const double acting = sm_cabs2(l->acting[j]);
@@ -124,7 +134,7 @@ static sm_status guess(const grid *g, const load *l, const sm_table *table, cons
         modulus[j] = modulus_at(g, j, cell[j] + (g->cells[j] > 0 ? 0.5 : 0.0));
     SM_TRY(look_up(table, modulus, friction));
     for (int j = 0; j < g->modes; j++) {
-        const sm_complex needed = force_needed(l, j, modulus[j], friction[j]);
+        const sm_complex needed = force_needed(l, j, modulus, friction[j]);
         const sm_complex turn = sm_cmul(l->acting[j], sm_conj(needed));
         const double length = sqrt(sm_cabs2(turn));
         const sm_complex unit = length > 0.0 ? sm_cscale(turn, 1.0 / length) : sm_cx(1.0, 0.0);
