@@ -32,7 +32,7 @@ from slipmode.fmu.handle import ComponentOptions, create_component, takes
 from slipmode.fmu.inputs import AnyModel, Inputs, limit_scale, moved_on
 from slipmode.fmu.outputs import checked_findings, output_names
 from slipmode.fmu.stepping import StoppedError
-from slipmode.rom import Model, SlipmodeError, kernel
+from slipmode.rom import Model, SlipmodeError, kernel, sample_of
 from slipmode.rom.arrays import Complexes, Floats, as_complexes, as_floats, as_number
 from slipmode.rom.reduction.force_response import AppliedForces, ForcePatterns, phasor
 from slipmode.rom.slow.slow_flow import rates, slow_flow
@@ -64,6 +64,8 @@ class Component:
         Names of the modes; ("B",) if the model has only mode B.
     tolerance : float, default 1e-6
         Relative tolerance of the slow flow in each internal step [-], 1e-13 to 1e-2.
+    sample : int, default 0
+        Sample of the model whose rates are used, see `rom.sample_of`; 0 is the model itself.
     warned : bool, default True
         Warn of violated assumptions.
 
@@ -118,13 +120,13 @@ class Component:
         chosen, last = ComponentOptions(**options), model.reduced.n_dofs - 1
         if not all(0 <= dof <= last for dof in chosen.elastic):
             raise SlipmodeError(f"elastic: DOFs must be 0 to {last}, got {list(chosen.elastic)}")
-        self.model = model
+        self.model = sampled = sample_of(model, chosen.sample)
         self._force_patterns = force_patterns
         self._named = Inputs(model, force_patterns, chosen.mode_names)
         self.input_names = self._named.names
         self.output_names = output_names(model, self._named, chosen)
         self._slow_count = max(kernel.OUTPUTS_FIXED, len(self.output_names))
-        self._handle = create_component(model, force_patterns, chosen)
+        self._handle = create_component(sampled, force_patterns, chosen)
         self._inputs = self._named.at_rest
         self.reset()
         self._check_frequencies = chosen.warned

@@ -37,6 +37,7 @@ class ComponentOptions:
     elastic: Sequence[int] = ()
     mode_names: Sequence[str] = MODE_NAMES
     tolerance: float = SLOW_FLOW
+    sample: int = 0
     warned: bool = True
 
     def __post_init__(self) -> None:

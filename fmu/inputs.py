@@ -19,13 +19,13 @@ from slipmode.rom.slow.tone.tone_flow import SPAN
 from slipmode.rom.table.local.tone_model import ToneModel
 from slipmode.rom.validity import (
     Finding,
-    can_carry,
     carrier_findings,
     carrier_range,
     carrier_refusal,
     carriers_meet,
     is_near,
     meeting_refusal,
+    spin_of,
 )
 
 MODE_NAMES = ("A", "B")
@@ -84,6 +84,9 @@ class Inputs:
         self._unscaled = "velocity alpha" if isinstance(model.law, Tanh) else "gap"
         self._contacts = model.reduced.n_contacts
         natural = self._omega.tolist()
+        self._range = relative_range(model)
+        spins = [spin_of(model.reduced.spin, j) for j in range(len(natural))]
+        self._spin = dict(zip(driven, spins, strict=False))
         self.natural = {f"frequency_{m}": w for m, w in zip(driven, natural, strict=False)}
         at_rest = kernel.inputs(1)
         at_rest["frequency"][0, : self._omega.size] = self._omega
@@ -170,13 +173,14 @@ class Inputs:
 
     def _can_carry(self, omega: float, frequency: Floats) -> Flags:
         """Return whether frequencies are allowed."""
-        within = np.abs(frequency - omega) <= SPAN * omega if self._tone else True
-        return can_carry(omega, frequency) & within
+        low, high = self._range
+        return np.asarray((frequency >= low * omega) & (frequency <= high * omega))
 
     def _carrier_refusal(self, name: str, value: float) -> str:
         """Return why a frequency is refused; "" if it is not."""
         omega = self.natural[name]
-        if refusal := carrier_refusal(name, name[-1], omega, value):
+        spin = self._spin[name[-1]]
+        if refusal := carrier_refusal(name, name[-1], omega, value, spin=spin):
             return refusal
         if self._can_carry(omega, np.array(value)):
             return ""
@@ -214,12 +218,18 @@ def carried_frequencies(model: AnyModel) -> Floats:
     """Return the frequencies [rad/s] near which the forcing frequencies are, (modes or tones,)."""
     if isinstance(model, ToneModel):
         return model.carrier
-    return model.reduced.frequency
+    reduced = model.reduced
+    return reduced.frequency if reduced.spin is None else reduced.carrier
 
 
 def relative_range(model: AnyModel) -> tuple[float, float]:
     """Return the allowed range of forcing frequencies, relative to `carried_frequencies`."""
-    return (1.0 - SPAN, 1.0 + SPAN) if isinstance(model, ToneModel) else carrier_range(1.0)
+    if isinstance(model, ToneModel):
+        return 1.0 - SPAN, 1.0 + SPAN
+    if (spin := spin_of(model.reduced.spin, 0)) is None:
+        return carrier_range(1.0)
+    low, high = (spin[2:] / model.reduced.carrier[0]).tolist()
+    return low, high
 
 
 def present_modes(model: AnyModel, mode_names: Sequence[str]) -> tuple[str, ...]:

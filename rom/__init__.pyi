@@ -72,6 +72,9 @@ from .reduction.nonlinear.static_cases import fit_nonlinear_stiffness as fit_non
 from .reduction.nonlinear.stiffness import with_nonlinear_stiffness as with_nonlinear_stiffness
 from .reduction.reduction import Reduced as Reduced
 from .reduction.reduction import reduce as reduce
+from .rotor.reduction import reduce_rotating as reduce_rotating
+from .rotor.rotating import RotatingStructure as RotatingStructure
+from .rotor.speed_modes import SpeedModes as SpeedModes
 from .slow.branches.backbone import Backbone as Backbone
 from .slow.branches.backbone import backbone as backbone
 from .slow.branches.performance import PerformanceCurve as PerformanceCurve
@@ -88,6 +91,7 @@ from .slow.motion import reconstruct as reconstruct
 from .slow.motion import sum_harmonics as sum_harmonics
 from .slow.rates.decay_rates import decay_rates as decay_rates
 from .slow.rates.model_of_rates import model_of_rates as model_of_rates
+from .slow.rates.rate_samples import sample_of as sample_of
 from .slow.steady import ResonanceCurve as ResonanceCurve
 from .slow.steady import ResonanceSurface as ResonanceSurface
 from .slow.steady import resonance as resonance

@@ -31,6 +31,11 @@ def carrier_range(omega: float) -> tuple[float, float]:
     return LOWEST_CARRIER * omega, HIGHEST_CARRIER * omega
 
 
+def spin_of(spin: Floats | None, mode: int) -> Floats | None:
+    """Return the row (4,) of `Reduced.spin` for a mode, or None."""
+    return None if spin is None else spin[mode]
+
+
 def can_carry(omega: Floats | float, frequency: Floats) -> Flags:
     """Return whether forcing frequencies [rad/s] lie in `carrier_range`."""
     return np.asarray(
@@ -46,13 +51,27 @@ def is_near(omega: Floats | float, frequency: Floats) -> Flags:
 
 
 def carrier_refusal(
-    key: str, mode: str, omega: float, frequency: float, unit: FrequencyUnit = "rad/s"
+    key: str,
+    mode: str,
+    omega: float,
+    frequency: float,
+    unit: FrequencyUnit = "rad/s",
+    spin: Floats | None = None,
 ) -> str:
-    """Return why a forcing frequency [rad/s] is refused, in the user's unit; "" if it is not."""
-    low, high = carrier_range(omega)
+    """Return why a forcing frequency [rad/s] is refused, in the user's unit; "" if it is not.
+
+    `spin` is the row of the mode in `Reduced.spin`, if its frequency follows a rotor speed.
+    """
+    low, high = carrier_range(omega) if spin is None else spin[2:].tolist()
     if low <= frequency <= high:
         return ""
     per_unit = PER_UNIT[unit]
+    if spin is not None:
+        return (
+            f"{key}: must be {low / per_unit:.5g} to {high / per_unit:.5g} {unit}, engine order "
+            f"{spin[1]:g} at {low / spin[1] / RPM:.5g} to {high / spin[1] / RPM:.5g} rpm, the "
+            f"rotor speeds of rom.reduce_rotating; got {frequency / per_unit:g}"
+        )
     return (
         f"{key}: must be {round_up(low / per_unit, 3):g} to {round_down(high / per_unit, 3):g} "
         f"{unit}, because mode {mode} resonates at {omega / per_unit:.3g} {unit}; "
@@ -61,11 +80,16 @@ def carrier_refusal(
 
 
 def check_carrier(
-    key: str, mode: str, omega: float, frequencies: Floats, unit: FrequencyUnit = "rad/s"
+    key: str,
+    mode: str,
+    omega: float,
+    frequencies: Floats,
+    unit: FrequencyUnit = "rad/s",
+    spin: Floats | None = None,
 ) -> None:
     """Refuse forcing frequencies [rad/s] that the slow flow of a mode cannot follow."""
     for value in (frequencies.min(), frequencies.max()):
-        if refusal := carrier_refusal(key, mode, omega, float(value), unit):
+        if refusal := carrier_refusal(key, mode, omega, float(value), unit, spin):
             raise SlipmodeError(refusal)
 
 

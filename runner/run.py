@@ -16,6 +16,7 @@ from slipmode.rom.short_repr import short_list
 from slipmode.runner.interrupts import interrupts_held_back
 from slipmode.runner.plan.plan import Plan
 from slipmode.runner.plan.planning import plan_scene
+from slipmode.runner.plan.wear import worn
 from slipmode.runner.recording.channels import Channel
 from slipmode.runner.recording.load import RecordingData, read
 from slipmode.runner.recording.record import (
@@ -174,6 +175,8 @@ def run(
 
         plan = replace(plan, amplitude=range_of(fmu, plan))
     model, cached = plan.model(progress=progress) if scene.tabulated else (None, False)
+    if model is not None:
+        plan = replace(plan, schedule=worn(plan.excited, plan.schedule, model, plan.scene))
     table_seconds = time.perf_counter() - started
     folder = Path(output)
     mcap = folder / f"{scene.name}.mcap" if scene.log.mcap else None

@@ -30,6 +30,7 @@ _BITS = {
     "detuning": (30, (0, 1)),
     "contact_reaction": (28, (0, 1, 2, 3)),
     "elastic_response": (24, (0, 1, 2, 3)),
+    "samples": (48, (0,)),
 }
 
 

@@ -64,6 +64,8 @@ def export(
         Names of the modes; ("B",) if the model has only mode B.
     tolerance : float, default 1e-6
         Relative tolerance of the slow flow in each internal step [-], 1e-13 to 1e-2.
+    sample : int, default 0
+        Start value of the parameter `sample`, for a model with samples, see `Component`.
     warned : bool, default True
         Warn of violated assumptions.
     fmi : {3, 2}

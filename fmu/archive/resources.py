@@ -7,6 +7,7 @@ import io
 import zlib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -16,10 +17,10 @@ from slipmode.fmu.handle import (
     ComponentOptions,
     forced_tone,
 )
-from slipmode.fmu.inputs import AnyModel, force_factors, relative_range
+from slipmode.fmu.inputs import AnyModel, carried_frequencies, force_factors, relative_range
 from slipmode.fmu.variables.listing import states
 from slipmode.fmu.variables.variable import Kind, Variable
-from slipmode.rom import Model, kernel
+from slipmode.rom import Model, kernel, sample_of
 from slipmode.rom.arrays import Floats
 from slipmode.rom.contact.torus.march import contact_problem
 from slipmode.rom.laws.friction import limits
@@ -39,7 +40,7 @@ IDENTITY = "model.txt"
 _LAYOUT = (
     *("modes", "contacts", "elastic", "law", "paper", "combinations", "power", "count_a"),
     *("count_b", "corrected", "detuned", "inertia", "elements", "sliders", "orders"),
-    *("steps_per_period", "variables", "kinds", "nodes", "shares"),
+    *("steps_per_period", "samples", "variables", "kinds", "nodes", "shares"),
     *(f"{count}_{letter}" for count in ("slow", "fast", "modes") for letter in "ab"),
 )
 _ROW = 3 + len(kernel.ELEMENT.names or ())  # doubles of an sm_element, with its arrays
@@ -65,6 +66,7 @@ _TABLE_ARRAYS = {
     "orders": (0, 2),
     "contact_reaction": (0, 0, 0, 0),
     "elastic_response": (0, 0, 0, 0),
+    "samples": (0, 0),
 }
 _INTEGERS = ("combinations", "orders")
 
@@ -196,6 +198,7 @@ def _table_arrays(
         "sliders": len(contacts["contact_sliders"]),
         "orders": len(surface.orders),
         "steps_per_period": STEPS_PER_PERIOD,
+        "samples": 0 if model.samples is None else len(model.samples),
     }
     combinations = [(term.mode, term.n, term.m) for term in model.combinations]
     nothing = np.empty((0, 0, 4, 0))
@@ -217,8 +220,22 @@ def _table_arrays(
             *by_nodes, 2 * reduced.n_contacts
         ),
         "elastic_response": surface.elastic.view(float).reshape(*by_nodes, 2 * len(chosen)),
+        "samples": _samples(model, force_patterns, chosen),
         "tone": np.empty(0),
     }
+
+
+def _samples(model: Model, force_patterns: ForcePatterns | None, elastic: Sequence[int]) -> Floats:
+    """Return what differs between the samples, a row each, as fmu_set_parameters reads it."""
+    rows = []
+    for sample in range(1, 1 + (0 if model.samples is None else len(model.samples))):
+        own = sample_of(model, sample)
+        flow, table = slow_flow(own, force_patterns), own.table
+        parts: list[Any] = [flow.natural, flow.damping, flow.cross_response, flow.other_modes]
+        parts += [table.values, table.rate_correction]
+        parts.append(forces_out(own, force_patterns, elastic).view(float))
+        rows.append(np.concatenate([np.ravel(part) for part in parts]))
+    return np.array(rows) if rows else np.empty((0, 0))
 
 
 def _contacts(model: Model) -> dict[str, Floats]:
@@ -265,15 +282,17 @@ def _constants(
     parts = (
         [alpha, MEMORY_PERIODS],
         flow.natural,
+        flow.spin,
         flow.carrier,
         flow.coupling_ratio,
         flow.off_resonance,
         flow.cross_response,
         flow.other_modes,
         force_factors(model, force_patterns),
-        _with_starts(np.zeros(kernel.MODES + 2), variables, Kind.PARAMETER),
+        _with_starts(np.zeros(kernel.MODES + 3), variables, Kind.PARAMETER),
         nominal,
         _with_starts(np.zeros(1 + 2 * kernel.MODES), variables, Kind.START)[1:],
+        np.resize(carried_frequencies(model), kernel.MODES),
         relative_range(model),
         [flow.ratio],
         flow.hardening,

@@ -141,6 +141,10 @@ def _parameters(model: AnyModel, options: ExportOptions) -> Iterator[Variable]:
     if options.contact:
         slot, said = kernel.MODES + 1, "Whether contact motion is computed; otherwise it is 0"
         yield Variable("contact_wanted", Kind.PARAMETER, slot, None, said, start=True)
+    if isinstance(model, Model) and model.samples is not None:
+        slot, said = kernel.MODES + 2, "Sample of the rates of the modes; 0 is the model itself"
+        limits = (options.sample, 0.0, float(len(model.samples)))
+        yield Variable("sample", Kind.PARAMETER, slot, Quantity.RATIO, said, *limits)
 
 
 def _outputs(model: Model, modes: Sequence[str], inputs: tuple[str, ...]) -> Iterator[Variable]:
@@ -148,6 +152,7 @@ def _outputs(model: Model, modes: Sequence[str], inputs: tuple[str, ...]) -> Ite
     amplitudes = tuple(f"{letter}_{part}" for letter in modes for part in ("re", "im"))
     angles = tuple(f"theta_{letter}" for letter in modes)
     dampings = tuple(f"damping_{letter}" for letter in modes)
+    dampings += ("sample",) if model.samples is not None else ()
     # combination resonances follow the carrier angles
     needs = (*inputs, *amplitudes, *(angles if model.combinations else ()), *dampings)
     largest, slots = model.table.amplitude_range, _Slots.of(model)

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.problem import TorusProblem
-from slipmode.rom.reduction.reduced import Reduced, coupling_factor
+from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.short_repr import frozen
 
 # Largest distance from the carriers, relative to them; the core keeps S_j constant beyond.
@@ -64,3 +64,14 @@ class Detuned:
         S = terms.S / (self.coupling_factor**2 / size)
         S[~terms.is_periodic] = np.nan
         return np.asarray(S), terms.P
+
+
+def coupling_factor(reduced: Reduced, frequency: Floats) -> Complexes:
+    """Return L_j at frequencies (..., modes) [rad/s] relative to L_j at the carrier.
+
+    Exact if the coupling to all contacts changes by one factor, as with damping proportional to
+    stiffness.
+    """
+    c = reduced.coupling_coefficients
+    factor: Complexes = 1.0 + c[:, 0] + 1j * frequency * c[:, 1]
+    return factor

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -66,12 +67,13 @@ def preload(
     law: Elastic,
     static_force: Mapping[int, float] | ArrayLike,
     *,
+    history: Sequence[Mapping[int, float] | ArrayLike] = (),
     warned: bool = True,
 ) -> Preload:
     """Return the static equilibrium under a constant force, such as bolts or centrifugal load.
 
-    The contacts close, open, stick or slip by their law. The full load is applied in one step. The
-    returned law describes vibration about this equilibrium.
+    The contacts close, open, stick or slip by their law. The full load is applied in one step,
+    after those of `history`. The returned law describes vibration about this equilibrium.
 
     Parameters
     ----------
@@ -82,6 +84,8 @@ def preload(
         where other loads press them together.
     static_force : {DOF: force} or (n,) array_like
         Static force F [N].
+    history : sequence of static forces, optional
+        Forces that acted before F, in their order. Each replaces the one before.
     warned : bool, default True
         Warn of neglected forces at rest. A scene reports them in its plan instead.
 
@@ -94,7 +98,7 @@ def preload(
     ------
     SlipmodeError
         If the law has no normal direction, nothing holds the structure under the force, or all
-        contacts are open.
+        contacts are open; if there is a `history` and a contact is no FrictionalContact.
 
     Warns
     -----
@@ -107,11 +111,12 @@ def preload(
     Vibration about the equilibrium with the returned law is the vibration of the loaded structure.
     A contact slips where its whole tangential force, at rest and by vibration, reaches mu N.
 
-    Tangential forces under varying normal forces are not unique: they depend on the load history.
-    The static force acts first, in one step, from contacts without tangential forces. Then the
-    vibration begins. In `rom.tabulate`, and in steady states and curves with its model, it grows
-    slowly: contacts with one tangential direction slip as far as they must (shakedown), and no
-    further. In runs and time integration the transient decides.
+    Tangential forces under varying normal forces depend on the load history. The static force acts
+    first, from contacts without tangential forces; then the vibration begins.
+    In `rom.tabulate`, and in steady states and curves with its model, it grows slowly: contacts
+    with one tangential direction slip as far as they must (shakedown), and no further. In runs and
+    time integration the transient decides. Two histories with the same last force, one without
+    unloading and one from a larger force, show how far the damping depends on the history.
 
     If `law` has neither preloads nor gaps, the static force is a factor on all forces of the
     returned law. A model for one static force then serves all others, with this factor as the
@@ -133,7 +138,32 @@ def preload(
     elements = law.elements(structure.n_contacts)
     if not np.any(elements.element["law"] == FRICTIONAL):
         raise SlipmodeError(f"law: has no normal direction for a static force; give {_NORMAL}")
-    F = force_vector(static_force, structure.n_dofs, "static_force")
+    loads = [force_vector(each, structure.n_dofs, "history") for each in history]
+    loads.append(force_vector(static_force, structure.n_dofs, "static_force"))
+    of_law = law.elements(structure.n_contacts).element["law"]
+    if history and np.any(of_law != FRICTIONAL):
+        raise SlipmodeError(
+            "history: all contacts must be rom.FrictionalContact; other laws have no force at rest"
+        )
+    found = _under(structure, law, loads[0])
+    for before, load in pairwise(loads):
+        further = _under(structure, found.law, load - before)
+        found = replace(
+            further,
+            displacement=found.displacement + further.displacement,
+            contact_force=found.contact_force + further.contact_force,
+        )
+    if warned and (loaded := loaded_by_friction(found)):
+        words = f"static force loads contacts whose law neglects it: {loaded}"
+        warnings.warn(words, ValidityWarning, stacklevel=2)
+    return found
+
+
+def _under(structure: Structure, law: Elastic, F: Floats) -> Preload:
+    """Return the equilibrium under a change F of the static force, from contacts at rest."""
+    elements = law.elements(structure.n_contacts)
+    if not np.any(elements.element["law"] == FRICTIONAL):
+        raise SlipmodeError(f"law: has no normal direction for a static force; give {_NORMAL}")
     displacement, x_c, f = _equilibrium(structure, elements, F)
     states = contact_states(elements, x_c[np.newaxis], f[np.newaxis])
     state, N, gap = (each[0] for each in (states.state, states.normal_force, states.gap))
@@ -141,19 +171,8 @@ def preload(
         raise SlipmodeError(
             "static_force: all contacts are open under this force; at least one must touch"
         )
-    found = Preload(
-        law=_loaded(law, f, N, gap),
-        displacement=displacement,
-        contact_force=f,
-        state=state,
-        normal_force=N,
-        gap=gap,
-        tangential_share=_tangential_share(elements, f, N),
-    )
-    if warned and (loaded := loaded_by_friction(found)):
-        words = f"static force loads contacts whose law neglects it: {loaded}"
-        warnings.warn(words, ValidityWarning, stacklevel=2)
-    return found
+    share = _tangential_share(elements, f, N)
+    return Preload(_loaded(law, f, N, gap), displacement, f, state, N, gap, share)
 
 
 def loaded_by_friction(found: Preload) -> str | None:

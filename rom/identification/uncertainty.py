@@ -6,7 +6,7 @@ the records that the law does not follow (a slider that sticks below some amplit
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import field, replace
 
 import numpy as np
@@ -44,10 +44,14 @@ class Uncertainty:
         without each of the records or levels.
     misfit : (2, modes) ndarray
         Variances of the misfit of damping rates [1/s^2] and frequencies [rad^2/s^2].
+    parameter_errors : (errors, free parameters) ndarray, optional
+        Independent standard errors of the free parameters by the misfit, in a row for each cause.
+        Default: none.
     """
 
     laws: Sequence[Sequence[SlowLaw]] = field(repr=False)
     misfit: Floats
+    parameter_errors: Floats | None = None
 
     @property
     def left_out(self) -> Sequence[SlowLaw]:
@@ -81,6 +85,26 @@ class Uncertainty:
         """
         of_unit = times * np.minimum(times, duration / PARTS)
         return np.asarray(self.misfit[:, np.newaxis] * of_unit[:, np.newaxis])
+
+    def samples(self, rng: np.random.Generator) -> Iterator[SlowLaw]:
+        """Yield laws from the posterior, without end.
+
+        The law is any of those that fit equally well. Its parameters have the covariance of the
+        jackknife and of the misfit, with the distribution of their intervals, Student's.
+        """
+        records, coupled = len(self.left_out), self.laws[0][0].form.law == "quadratic"
+        # a model without quadratic coupling has none in its samples
+        likely = [each for each in self.laws if coupled or each[0].form.law != "quadratic"]
+        while True:
+            law, *left_out = likely[rng.integers(len(likely))]
+            values = np.array([each.values for each in left_out])
+            of_records = (values - values.mean(axis=0)) * np.sqrt((records - 1) / records)
+            error = rng.standard_normal(records) @ of_records
+            if self.parameter_errors is not None:
+                errors = self.parameter_errors
+                error[self.laws[0][0].form.free] += rng.standard_normal(len(errors)) @ errors
+            error *= np.sqrt((records - 1) / rng.chisquare(records - 1)) * law.form.free
+            yield replace(law, values=law.form.limited(law.values + error))
 
     def _mean_variance(self, values: Sequence[Floats], scatter: float) -> Floats:
         """Return the variance by values (1 + records, ...) of each law.
@@ -166,10 +190,11 @@ class PartRates:
         weight = np.maximum((1.0 / self.variance).sum(axis=-1), np.finfo(float).tiny)
         return np.asarray(np.maximum(excess.sum(axis=-1) / weight, self.resolution))
 
-    def parameter_variance(self, found: Fit) -> Floats:
-        """Return the variance of the free parameters by the misfit, (free parameters,).
+    def parameter_errors(self, found: Fit) -> Floats:
+        """Return standard errors of the free parameters by the misfit, (rates, free parameters).
 
-        The parameters are a regression on the rates of the parts, with their variances.
+        The parameters are a regression on the rates of the parts, with their variances. Errors of
+        different rates are independent.
         """
         law = found.law
 
@@ -188,7 +213,7 @@ class PartRates:
         weight = 1.0 / np.sqrt(misfit + self.variance).reshape(-1)
         regression = np.linalg.pinv(np.array(slopes).T * weight[:, np.newaxis], rcond=DIFFERENCE)
         of_part = np.broadcast_to(misfit, self.variance.shape).reshape(-1) * weight**2
-        return np.asarray((regression**2 @ of_part) * found.scale**2)
+        return np.asarray((regression * np.sqrt(of_part)).T * found.scale)
 
 
 def uncertainty(
@@ -213,9 +238,9 @@ def uncertainty(
     deviation, half, wide = np.full(len(names), np.inf), np.full(len(names), np.inf), singular
     if records >= LEAST_RECORDS:
         parts = PartRates.of(decays, found.law, floor)
-        scatter = Uncertainty(laws, parts.misfit)
-        variance = scatter.variance(lambda law: law.values)[free]
-        variance = variance + parts.parameter_variance(found)
+        errors = parts.parameter_errors(found)
+        scatter = Uncertainty(laws, parts.misfit, errors)
+        variance = scatter.variance(lambda law: law.values)[free] + (errors**2).sum(axis=0)
         added = np.zeros(len(free))
         for each in deviations:
             scatter.misfit[:, each.mode] += each.variance

@@ -41,9 +41,11 @@ SM_API sm_status sm_table_lookup(const sm_table *table, size_t points, const dou
 typedef struct {
     int32_t paper;              /* 1: carrier at the natural frequency; 0: at the forcing */
     double natural[SM_MODES];   /* omega_j [rad/s] */
+    double spin[SM_MODES];      /* d omega_j^2 / d Omega_j^2 [-] of a rotor whose speed follows
+                                   Omega_j; omega_j is then at the carrier. 0: omega_j is constant */
     double damping[SM_MODES];   /* phi_j^T C phi_j [1/s]; < 0: self-excited */
     sm_table table;
-    double carrier[SM_MODES];   /* of a table with `detuning` [rad/s] */
+    double carrier[SM_MODES];   /* of a table with `detuning`, or of a rotor [rad/s] */
     double coupling_ratio[SM_MODES][2][2]; /* c_0 and c_1, complex: L_j(nu) =
                                    (1 + c_0 + i nu c_1) L_j(carrier) */
     double off_resonance[SM_MODES][2];  /* shift s_j: the effective amplitude is

@@ -98,6 +98,13 @@ def is_homogeneous(law: Friction, contacts: int) -> bool:
     return law.elements(contacts).homogeneous
 
 
+def pulled_at_rest(law: Friction, contacts: int) -> bool:
+    """Return whether a contact has a tangential force at rest."""
+    if isinstance(law, Tanh | Coulomb):
+        return False
+    return bool(law.elements(contacts).element["tangential_preload"].any())
+
+
 def check_law(contacts: int, elements: Elements | None, law: Friction) -> None:
     """Refuse a law that does not fit the reduction of a structure.
 

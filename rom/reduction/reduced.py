@@ -100,6 +100,9 @@ class Reduced:
         Coefficients of `rom.with_nonlinear_stiffness`.
     loss : (modes + nonresonant + N_c, modes + nonresonant + N_c) ndarray or None
         Structural damping K'' on all shapes, whose equivalent at the carriers the damping has.
+    spin : (modes, 4) ndarray or None
+        Of a rotor (`rom.reduce_rotating`): rise of omega_j^2 per rise of Omega_j^2 from the
+        carrier [-], engine order [-], lowest and highest forcing frequency Omega_j [rad/s].
     structure : Structure or None
         Structure that was reduced, for the static response of DOFs. It is not in files.
     tone_numbers : tuple of int
@@ -135,6 +138,7 @@ class Reduced:
     quadratic: Floats | None = None
     cubic: Floats | None = None
     loss: Floats | None = None
+    spin: Floats | None = None
     structure: Structure | None = None
     tone_numbers: tuple[int, ...] = ()
     ratio: float = 0.0
@@ -175,6 +179,13 @@ class Reduced:
         """Raise SlipmodeError, with this beginning, if the modes share a tone."""
         if self.tones < len(self.modes):
             raise SlipmodeError(f"{refusal}, because the modes share a tone, see rom.reduce")
+
+    def natural_at(self, frequency: Floats) -> Floats:
+        """Return omega_j at forcing frequencies (..., modes), or (modes,) if constant [rad/s]."""
+        if self.spin is None:
+            return self.frequency
+        rise = self.spin[:, 0] * (frequency**2 - self.carrier**2)
+        return np.asarray(np.sqrt(self.frequency**2 + rise))
 
     @property
     def n_dofs(self) -> int:
@@ -421,14 +432,14 @@ class Reduced:
                 'leave carrier out or use formulation="consistent"'
             )
         frequencies = as_floats("carrier", carrier)
-        if frequencies.shape != self.frequency.shape or not np.all(
-            (frequencies >= SMALLEST) & (frequencies <= LARGEST)
-        ):
+        fit = (frequencies >= SMALLEST) & (frequencies <= LARGEST)
+        if frequencies.shape != self.frequency.shape or not fit.all():
             raise SlipmodeError(
                 f"carrier: must be {self.frequency.size} numbers, {SMALLEST:g} to {LARGEST:g} "
                 f"[rad/s], got {carrier}"
             )
-        return replace(self, carrier=frequencies, **dampers_at(self, frequencies))
+        moved = {"frequency": self.natural_at(frequencies), **dampers_at(self, frequencies)}
+        return replace(self, carrier=frequencies, **moved)
 
     def moving(self, contact_motion: Complexes) -> Self:
         """Return the model with another `contact_motion`, and its properties computed so far."""
@@ -487,14 +498,3 @@ class Reduced:
         on_contacts = np.abs(shapes.T @ f).max(initial=0.0)
         through_contacts = on_contacts > _ROUNDING * largest * np.abs(shapes).max(initial=0.0)
         return bool(through_contacts and self.formulation == "consistent")
-
-
-def coupling_factor(reduced: Reduced, frequency: Floats) -> Complexes:
-    """Return L_j at frequencies (..., modes) [rad/s] relative to L_j at the carrier.
-
-    Exact if the coupling to all contacts changes by one factor, as with damping proportional to
-    stiffness.
-    """
-    c = reduced.coupling_coefficients
-    factor: Complexes = 1.0 + c[:, 0] + 1j * frequency * c[:, 1]
-    return factor

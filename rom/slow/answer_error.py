@@ -27,9 +27,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.contact.detuning import coupling_factor
 from slipmode.rom.errors import Finding
 from slipmode.rom.reduction.force_response import AppliedForces
-from slipmode.rom.reduction.reduced import coupling_factor
 from slipmode.rom.short_repr import frozen, percentage
 from slipmode.rom.slow.direct.contact_friction import (
     ContactFriction,

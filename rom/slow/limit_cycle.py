@@ -115,6 +115,7 @@ def limit_cycles(
     """
     force = [{}] * model.modes if force is None else force
     model.reduced.refuse_shared_tone("model: must be of one mode, or of two tones")
+    model.refuse_spin("a limit cycle")
     applied = AppliedForces.of(model.reduced, force)
     excitation = applied.excitation(phase)
     forced = excitation != 0.0

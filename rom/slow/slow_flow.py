@@ -13,9 +13,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from slipmode.rom import kernel
 from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.contact.detuning import coupling_factor
 from slipmode.rom.reduction.force_response import AppliedForces, ForcePatterns, phasor
 from slipmode.rom.reduction.nonlinear.stiffness import hardening
-from slipmode.rom.reduction.reduced import coupling_factor
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.table.model import Model
 
@@ -38,6 +38,8 @@ def shifted_flow(model: Model, shift: Complexes | float) -> kernel.Structure:
     flow = kernel.SlowFlow(paper=paper, table=model.table.kernel(), ratio=reduced.ratio)
     _store(flow.natural, reduced.frequency)
     _store(flow.carrier, reduced.carrier)
+    if reduced.spin is not None:
+        _store(flow.spin, np.ascontiguousarray(reduced.spin[:, 0]))
     _store(flow.damping, reduced.modal_damping)
     _store(flow.coupling_ratio, reduced.coupling_coefficients)
     _store(flow.hardening, hardening(reduced))

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from slipmode.rom import kernel
 from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.contact.detuning import coupling_factor
 from slipmode.rom.reduction.force_response import AppliedForces
-from slipmode.rom.reduction.reduced import coupling_factor
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.slow_flow import inputs_of, rates, shifted_flow
 from slipmode.rom.table.model import Model

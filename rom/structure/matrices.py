@@ -18,6 +18,17 @@ MatrixLike: TypeAlias = "ArrayLike | scipy.sparse.sparray | scipy.sparse.spmatri
 #: to its largest entry.
 TOLERANCE = 1e-10
 
+_CIRCULATORY = (
+    ", circulatory forces, which are not modelled; leave this part out, or give its effect on the "
+    "modes as aerodynamics of rom.reduce"
+)
+# What a skew-symmetric part of a matrix stands for
+_SKEW = {
+    "stiffness": _CIRCULATORY,
+    "spin_stiffness": _CIRCULATORY,
+    "damping": ", gyroscopic forces; give them to rom.RotatingStructure",
+}
+
 BLOCK = 16  # columns of a product at a time: all at once would double the memory of `right`
 
 
@@ -64,8 +75,25 @@ def as_symmetric(name: str, value: MatrixLike, size: int | None = None) -> Matri
         raise SlipmodeError(f"{name}: must be square, got {rows} x {columns}")
     if size is not None and rows != size:
         raise SlipmodeError(f"{name}: must be {size} x {size} like mass, got {rows} x {rows}")
-    if largest_entry(matrix - matrix.T) > TOLERANCE * largest_entry(matrix):
-        raise SlipmodeError(f"{name}: must be symmetric (to {TOLERANCE:g} of its largest entry)")
+    skew, largest = 0.5 * largest_entry(matrix - matrix.T), largest_entry(matrix)
+    if 2.0 * skew > TOLERANCE * largest:
+        raise SlipmodeError(
+            f"{name}: must be symmetric (to {TOLERANCE:g} of its largest entry); its "
+            f"skew-symmetric part is {skew / largest:.2g} of it{_SKEW.get(name, '')}"
+        )
+    return matrix
+
+
+def as_skew(name: str, value: MatrixLike, size: int) -> Matrix:
+    """Copy a skew-symmetric matrix of shape (size, size)."""
+    matrix = as_matrix(name, value)
+    if matrix.shape != (size, size):
+        raise SlipmodeError(f"{name}: must be {size} x {size} like mass, got {matrix.shape}")
+    if largest_entry(matrix + matrix.T) > TOLERANCE * largest_entry(matrix):
+        raise SlipmodeError(
+            f"{name}: must be skew-symmetric (to {TOLERANCE:g} of its largest entry); a symmetric "
+            "part is damping"
+        )
     return matrix
 
 

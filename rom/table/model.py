@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from slipmode.rom.arrays import Flags, Floats
+from slipmode.rom.arrays import Complexes, Flags, Floats
 from slipmode.rom.contact.error_norm import ErrorNorm
 from slipmode.rom.contact.harmonics import Harmonics
 from slipmode.rom.contact.higher_order_harmonics import higher_order_harmonics
@@ -41,7 +41,7 @@ from slipmode.rom.validity import Finding, detuning_findings
 
 FORMAT = 31  # of the file; raised whenever tables computed before must not be used any more
 
-OPTIONAL_ARRAYS = ("force_patterns", "aerodynamics", "quadratic", "cubic", "loss")
+OPTIONAL_ARRAYS = ("force_patterns", "aerodynamics", "quadratic", "cubic", "loss", "spin")
 TABLE_ARRAYS = ("rate_correction", "detuning")  # that not all tables have
 
 
@@ -68,6 +68,9 @@ class Model:
         Measured errors of the table.
     dof_response : DofResponse or None
         Response of the DOFs of travelling waves, whose contact DOFs are not part of the model.
+    samples : (samples, nodes_a, nodes_b, modes) complex ndarray or None
+        Rates -damping + i frequency of free vibration [1/s] at the nodes of the table that are as
+        likely as the model's own, see `rom.sample_of`; for models of `rom.model_of_rates` only.
     """
 
     reduced: Reduced
@@ -77,6 +80,7 @@ class Model:
     combinations: tuple[CombinationResonance, ...]
     accuracy: Accuracy
     dof_response: DofResponse | None = None
+    samples: Complexes | None = None
 
     def __repr__(self) -> str:
         reduced = self.reduced
@@ -85,6 +89,7 @@ class Model:
             f"{reduced.formulation}, {self.law}, {self.table}",
             f"harmonics to order {self.harmonics.highest}" if self.harmonics else "no harmonics",
             f"tolerance {self.accuracy.tolerance:g}",
+            *([] if self.samples is None else [f"{len(self.samples)} samples"]),
         ]
         return f"Model({', '.join(parts)})"
 
@@ -116,11 +121,20 @@ class Model:
         Raises
         ------
         SlipmodeError
-            If the model has no such mode, or its modes share a tone.
+            If the model has no such mode, its modes share a tone, or follow a rotor speed.
         """
         self.reduced.refuse_shared_tone("model: must be of one mode, the others respond as well")
+        self.refuse_spin("a free vibration")
         if not isinstance(mode, int | np.integer) or not 0 <= mode < self.modes:
             raise SlipmodeError(f"mode: must be 0 to {self.modes - 1}, got {mode!r}")
+
+    def refuse_spin(self, what: str) -> None:
+        """Raise SlipmodeError if the natural frequencies follow a rotor speed."""
+        if self.reduced.spin is not None:
+            raise SlipmodeError(
+                f"model: {what} needs a constant rotor speed, but natural frequencies of this "
+                "model follow the speed; use rom.reduce(rotor.at_speed(speed), ...)"
+            )
 
     def friction_error(self, amplitudes: Floats) -> Floats:
         """Return the stated error of S_j at the carriers: `Accuracy.total` times `error_scale`.
@@ -323,7 +337,8 @@ class Model:
             left_out = np.zeros((*P.shape[:-2], P.shape[-1]))
             coordinates = Harmonics(table.axes, CARRIERS[: len(reduced.modes)], P, left_out)
             dof_response = DofResponse(content["dof_shapes"], coordinates, by_force)
-        return cls(reduced, law, table, harmonics, combinations, accuracy, dof_response)
+        further = dof_response, content.get("samples")
+        return cls(reduced, law, table, harmonics, combinations, accuracy, *further)
 
     def _header(self) -> dict[str, Any]:
         return {
@@ -345,7 +360,7 @@ class Model:
         if (response := self.dof_response) is not None:
             arrays |= {"dof_shapes": response.shapes, "dof_by_force": response.by_force}
             arrays["dof_coordinates"] = response.coordinates.P
-        return arrays
+        return arrays | arrays_of(self, ("samples",))
 
 
 def arrays_of(holder: object, names: Iterable[str]) -> dict[str, np.ndarray]:

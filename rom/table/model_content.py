@@ -19,7 +19,7 @@ from slipmode.rom.reduction.tones import LARGEST_INTEGER
 from slipmode.rom.representable import LARGEST_PRODUCT
 from slipmode.rom.table.accuracy import Accuracy
 
-_COMPLEX = ("contact_motion", "aerodynamics", "P", "dof_coordinates", "dof_by_force")
+_COMPLEX = ("contact_motion", "aerodynamics", "P", "dof_coordinates", "dof_by_force", "samples")
 
 
 def check_header(header: Mapping[str, Any]) -> None:
@@ -61,7 +61,7 @@ def check_arrays(header: Mapping[str, Any], content: Mapping[str, np.ndarray]) -
     # Axes besides: a and b nodes, o orders, k columns, l columns of the corrections. These arrays
     # say how long some axes are.
     measured = {"n": "mode_shapes", "c": "stiffness", "p": "nonresonant_frequency"}
-    measured |= {"a": "node_a", "b": "node_b", "d": "dof_shapes"}
+    measured |= {"a": "node_a", "b": "node_b", "d": "dof_shapes", "s": "samples"}
     sizes = {
         axis: len(content[name])
         for axis, name in measured.items()
@@ -71,8 +71,8 @@ def check_arrays(header: Mapping[str, Any], content: Mapping[str, np.ndarray]) -
     sizes["r"] = sizes["q"] + sizes.get("c", 0)
     sizes |= {"4": 4, "k": 2 * (modes + combinations + 1), "l": 2 * modes**2}
     optional = {"rate_correction": "ab4l"} if header["formulation"] == "consistent" else {}
-    given = {"force_patterns": "mn", "aerodynamics": "m", "loss": "rr", "detuning": "ab4l"}
-    given |= {"quadratic": "mmm", "cubic": "mmmm"}
+    given = {"force_patterns": "mn", "aerodynamics": "m", "loss": "rr", "spin": "m4"}
+    given |= {"detuning": "ab4l", "samples": "sabm", "quadratic": "mmm", "cubic": "mmmm"}
     optional |= {name: layout for name, layout in given.items() if name in content}
     table = {"node_a": "a", "node_b": "b", "values": "ab4k"}
     if orders:
@@ -98,6 +98,12 @@ def check_arrays(header: Mapping[str, Any], content: Mapping[str, np.ndarray]) -
         raise SlipmodeError("node_b: must be 0 alone in a model of one mode")
     if not (np.all(content["frequency"] > 0) and np.all(content["carrier"] > 0)):
         raise SlipmodeError("frequency, carrier: must be > 0")
+    if "spin" in content:
+        _check_spin(content["spin"], content["frequency"], content["carrier"])
+    if "samples" in content and (
+        combinations or sizes["c"] or np.any(content["samples"].imag <= 0)
+    ):
+        raise SlipmodeError("samples: must be frequencies > 0 of a model without contacts")
     if "aerodynamics" in content and np.any(
         content["frequency"] ** 2 <= content["aerodynamics"].real
     ):
@@ -133,6 +139,15 @@ def check_contacts(law: Friction, stiffness: Floats) -> Elements | None:
     if not fits:
         raise SlipmodeError("law: does not fit the stiffness of the contacts")
     return elements
+
+
+def _check_spin(spin: Floats, frequency: Floats, carrier: Floats) -> None:
+    """Refuse ranges of a rotor speed without the carriers, or modes without stiffness."""
+    rise, order, low, high = spin.T
+    square = frequency**2 + rise * (spin[:, 2:].T ** 2 - carrier**2)
+    fit = (order > 0.0) & (low >= 0.0) & (low <= carrier) & (carrier <= high)
+    if not (fit.all() and np.all(square > 0.0)):
+        raise SlipmodeError("spin: must be a range of rotor speeds around the carriers")
 
 
 def _are_integers(value: Any, largest: float = 100) -> bool:

@@ -15,6 +15,7 @@ from slipmode.rom.frequencies import check_carrier as check_carrier
 from slipmode.rom.frequencies import check_table_carriers as check_table_carriers
 from slipmode.rom.frequencies import is_near as is_near
 from slipmode.rom.frequencies import mode_frequency_findings as mode_frequency_findings
+from slipmode.rom.frequencies import spin_of as spin_of
 from slipmode.rom.validity.assumptions import carriers_meet as carriers_meet
 from slipmode.rom.validity.assumptions import check_carriers as check_carriers
 from slipmode.rom.validity.assumptions import check_carriers_along as check_carriers_along

@@ -13,7 +13,7 @@ import numpy as np
 
 from slipmode.rom.arrays import Flags, Floats
 from slipmode.rom.errors import Finding, SlipmodeError
-from slipmode.rom.frequencies import carrier_findings, check_carrier
+from slipmode.rom.frequencies import carrier_findings, check_carrier, spin_of
 from slipmode.rom.laws.directions import skewed_directions
 from slipmode.rom.laws.friction import Friction
 from slipmode.rom.reduction.combination import CombinationResonance
@@ -33,8 +33,16 @@ def check_carriers(reduced: Reduced, frequency: Floats, forced: Flags) -> None:
 
     `forced` is (modes,). The frequencies of two forced modes must differ.
     """
-    for j in np.flatnonzero(forced):
-        check_carrier("frequency", "AB"[j], float(reduced.frequency[j]), frequency[..., j])
+    for j in np.flatnonzero(forced).tolist():
+        omega, spin = float(reduced.frequency[j]), spin_of(reduced.spin, j)
+        check_carrier("frequency", "AB"[j], omega, frequency[..., j], spin=spin)
+    if reduced.spin is not None and forced.all():
+        speeds = frequency / reduced.spin[:, 1]
+        if np.ptp(speeds, axis=-1).max() > 1e-6 * speeds.max():
+            raise SlipmodeError(
+                "frequency: the frequencies of A and B must be their engine orders "
+                f"{reduced.spin[:, 1]} times one rotor speed"
+            )
     if np.count_nonzero(forced) == 2 and carriers_meet(frequency[..., np.newaxis, :]).any():
         raise SlipmodeError(
             "frequency: the frequencies of modes A and B must differ at each point; modes of one "

@@ -46,6 +46,7 @@ def commands() -> dict[str, Command]:
             "curve two-mode --vary frequency_A --span 0.92 1.04 -o logs",
             Argument("--vary", choices=varied, help=vary),
             Argument("--span", nargs=2, type=float, metavar=("FROM", "TO"), help=span),
+            Argument("--log", action="store_true", help="amplitudes on logarithmic axes"),
             *common,
         ),
         "backbone": Command(
@@ -186,14 +187,20 @@ def _write(
     columns = curve.columns(shown.dof, shown.units)
     panels = 2 if isinstance(curve, rom.Backbone) else 1
     folder.mkdir(parents=True, exist_ok=True)
+    logarithmic = kind == "curve" and options.log
     given = options.vary if kind == "curve" else options.mode
     name = ".".join(filter(None, (scene.name, kind, given)))
     table, picture, recording = (folder / f"{name}.{ending}" for ending in ("csv", "png", "rrd"))
     write_columns(table, columns)
     with page_figure(picture, result, 3.0 + panels) as figure:
-        curve.plot(figure.subplots(panels, sharex=True), shown.dof, shown.units)
+        axes = curve.plot(figure.subplots(panels, sharex=True), shown.dof, shown.units)
+        if logarithmic:
+            axes.autoscale(axis="y")
+            axes.set_yscale("log")
     title = f"{scene.title or scene.name}: {kind}"
     rows = curve_charts(curve, shown)
+    if logarithmic:
+        rows = [[replace(chart, y=replace(chart.y, log=True)) for chart in row] for row in rows]
     write_charts(recording, title, rows, {"Scene": f"```toml\n{scene.text}\n```"})
     for path in (table, picture, recording):
         print(path)

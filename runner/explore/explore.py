@@ -161,6 +161,9 @@ def _content(
             {"name": name, "reference": reference[name], "unit": _unit(named[name])}
             for name in wanted
         ],
+        "samples": None
+        if model.samples is None
+        else {"count": len(model.samples), "reference": reference["sample"]},
         "contacts": _contacts(model, named) if options.contact else [],
         "dofs": [{"name": f"DOF {k}", "slot": named[f"x_{k}"].slot} for k in options.elastic],
         "frequency": {"unit": units.frequency, "per": units.per_frequency},

@@ -81,7 +81,10 @@ def frequency_spans(plan: ModesPlan, model: Model) -> list[tuple[float, float]]:
         resonance = np.sqrt(np.maximum(natural**2 + stiffening, 0.0))
         ends = np.append(resonance, (natural, low[j], high[j]))
         margin = 0.1 * np.ptp(ends) + 0.02 * natural  # beyond the peak, whose width is damping
-        spans.append((float(ends.min() - margin), float(ends.max() + margin)))
+        span = np.array([ends.min() - margin, ends.max() + margin])
+        if (spin := model.reduced.spin) is not None:
+            span = np.clip(span, *spin[j, 2:])
+        spans.append((float(span[0]), float(span[1])))
     return spans
 
 

@@ -12,6 +12,7 @@ from slipmode.rom.arrays import Complexes
 from slipmode.rom.storage.files import replacing
 from slipmode.runner.fmi.export import export_fmu
 from slipmode.runner.identification.pictures import pictures
+from slipmode.runner.identification.report import model_samples
 
 # Initial amplitudes of the scene and the FMU relative to the edge of the table. Solvers of Model
 # Exchange evaluate derivatives beyond the present state as well, and a force needs room.
@@ -62,7 +63,7 @@ def write_files(
     _write_backbones(found, folder / "backbone.csv")
     yield folder / "backbone.csv"
     yield from pictures(found, folder)
-    model = found.model(modal_mass=modal_mass)
+    model = found.model(modal_mass=modal_mass, samples=model_samples(found)[0])
     model.save(folder / "model.npz")
     yield folder / "model.npz"
     factors = found.sensor_factors(modal_mass=modal_mass)

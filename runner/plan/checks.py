@@ -13,7 +13,7 @@ from slipmode.runner.plan.amplitude_range import DryRun
 from slipmode.runner.plan.excited import Excited, Moving
 from slipmode.runner.plan.plan import ModesPlan
 from slipmode.runner.scene.schedule import Schedule, make_schedule
-from slipmode.runner.scene.sections import Scene
+from slipmode.runner.scene.sections import Forcing, Scene
 
 
 def checked_schedule(scene: Scene, excited: Moving) -> Schedule:
@@ -34,7 +34,8 @@ def checked_schedule(scene: Scene, excited: Moving) -> Schedule:
         by_order = forcing is not None and forcing.engine_order is not None
         key = f"forcing.{mode}.{'engine_order * rotor_speed' if by_order else 'frequency'}"
         if omega > 0.0:
-            validity.check_carrier(key, mode, omega, values, unit)
+            spin = _spin(excited, mode, forcing)
+            validity.check_carrier(key, mode, omega, values, unit, spin)
     per_second = float(reached.max()) / (2 * np.pi)
     longest = 1e6 / per_second  # rounding then changes a phase by 1e-9 in a step
     if scene.run.step > longest:
@@ -49,6 +50,20 @@ def checked_schedule(scene: Scene, excited: Moving) -> Schedule:
             "shorter windows or a smaller samples_per_period"
         )
     return schedule
+
+
+def _spin(excited: Moving, mode: str, forcing: Forcing | None) -> Floats | None:
+    """Return the row of `Reduced.spin` of a mode; refuse another engine order than the model's."""
+    if not isinstance(excited, Excited) or excited.reduced.spin is None:
+        return None
+    spin: Floats = excited.reduced.spin[list[str](excited.modes).index(mode)]
+    order = None if forcing is None else forcing.engine_order
+    if order is not None and order != spin[1]:
+        raise SlipmodeError(
+            f"forcing.{mode}.engine_order: must be {spin[1]:g}, as in rom.reduce_rotating, since "
+            f"natural frequencies of model.file follow the rotor speed; got {order}"
+        )
+    return spin
 
 
 def frequency_findings(plan: ModesPlan) -> list[Finding]:

@@ -57,6 +57,7 @@ class Path(NamedTuple):
 
     time: Floats  # (points,) [s], from 0
     amplitude: Complexes  # (points, modes) [kg^1/2 m]
+    energy: Floats  # (points,) dissipated at the contacts [J]
     stop: StoppedError | None  # Why the run ended early
 
 
@@ -121,11 +122,14 @@ class Excited:
     def channels(self, scene: Scene) -> list[Channel]:
         """See `Moving`."""
         reduced, _ = self.contacts
+        saved = scene.saved_model
         listed = [
-            channels.modes(self.mode_names),
+            channels.modes(self.mode_names, saved is not None and saved.samples is not None),
             channels.forcing(self.modes),
             channels.energy(),
         ]
+        if scene.wear:
+            listed.append(channels.control())
         if scene.contact:
             listed += contact_channels(reduced)
             if reduced.contacts is not None:
@@ -223,28 +227,30 @@ class Excited:
         at_rest = forces.free_vibration(start.force[0], start.frequency[0])
         return replace(self, amplitude=tuple((np.array(self.initial) + at_rest).tolist()))
 
-    def component(self, model: Model, tolerance: float) -> Component:
+    def component(self, model: Model, tolerance: float, sample: int = 0) -> Component:
         """Return a component at t = 0 of the scene; `tolerance` is of the slow flow."""
-        component = Component(
-            model, self.force_patterns, mode_names=self.modes, tolerance=tolerance, warned=False
-        )
+        options: dict[str, Any] = {"tolerance": tolerance, "sample": sample, "warned": False}
+        component = Component(model, self.force_patterns, mode_names=self.modes, **options)
         component.reset(amplitude=self.amplitude)
         return component
 
     def follow(self, model: Model, schedule: Schedule, tolerance: float) -> Path:
         """Return the path of a component from t = 0 through the steps of a schedule."""
         component = self.component(model, tolerance)
-        width, stop = 1 + 2 * len(self.modes), None
-        rows = [np.append(0.0, np.array(self.amplitude).view(float))[np.newaxis]]
+        parts = [f"{mode}_{part}" for mode in self.modes for part in ("re", "im")]
+        columns = [component.output_names.index(n) for n in ("time", *parts, "dissipated_energy")]
+        start, stop = np.array(self.amplitude).view(float), None
+        rows = [np.concatenate(([0.0], start, [0.0]))[np.newaxis]]
         inputs = schedule.inputs(component.input_names)
         try:
             for outputs in component.trace(schedule.durations(), inputs):
-                rows.append(outputs[:, :width].copy())
+                rows.append(outputs[:, columns])
         except StoppedError as error:
             stop = error
-            rows.append(error.outputs[:, :width])
+            rows.append(error.outputs[:, columns])
         traced = np.concatenate(rows)
-        return Path(traced[:, 0], np.ascontiguousarray(traced[:, 1:]).view(complex), stop)
+        amplitude = np.ascontiguousarray(traced[:, 1:-1]).view(complex)
+        return Path(traced[:, 0], amplitude, traced[:, -1], stop)
 
     def start(self) -> dict[str, float]:
         """Return the amplitudes at t = 0 by name of the component's outputs."""

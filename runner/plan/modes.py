@@ -27,6 +27,7 @@ from slipmode.runner.plan.excited import Excited, initial_amplitudes, listed
 from slipmode.runner.plan.plan import ModesPlan, Plan, recording_decisions
 from slipmode.runner.plan.transients import plan_transients
 from slipmode.runner.plan.waves import excite_waves, wave_decisions
+from slipmode.runner.plan.wear import worn
 from slipmode.runner.recording.channels import MODES, Mode
 from slipmode.runner.scene.contacts import check_scale, loaded_law
 from slipmode.runner.scene.kept import kept_reduction
@@ -138,6 +139,7 @@ def _on_saved_model(plan: ModesPlan, model: Model) -> tuple[ModesPlan, DryRun]:
         excited.component(model, plan.scene.run.tolerance)  # refuses a start outside the table
     with naming("forcing"):
         check_force_patterns(model, AppliedForces.of(model.reduced, excited.force_patterns))
+    plan = replace(plan, schedule=worn(excited, plan.schedule, model, plan.scene))
     seen, amplitude = (
         run_on(excited, plan.schedule, model),
         tuple(model.table.amplitude_range.tolist()),

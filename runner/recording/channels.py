@@ -33,6 +33,8 @@ SHARE = "/contact_share"
 DISK, BLADES = "/disk", "/blades"
 OTHER = "/other"  # prefix of the topics of other programs, which may equal ours
 
+BAND = (5, 95)  # percentiles of the amplitudes of the samples of a model
+
 NANOSECONDS = 1_000_000_000  # in a second
 # By their numbers in foxglove.Log.Level
 _LEVELS: dict[int, Level] = {2: "info", 3: "warning", 4: "error"}
@@ -137,10 +139,14 @@ def _fields(units: Mapping[str, str]) -> tuple[Field, ...]:
     return tuple(Field(name, unit) for name, unit in units.items())
 
 
-def modes(present: Sequence[str] = ("A", "B")) -> Channel:
-    """Return the channel of slow complex modal amplitudes: x_e = 2 Re(phi a e^{i theta})."""
+def modes(present: Sequence[str] = ("A", "B"), band: bool = False) -> Channel:
+    """Return the channel of slow complex modal amplitudes: x_e = 2 Re(phi a e^{i theta}).
+
+    With a `band`, the moduli have percentiles of the samples of the model.
+    """
     names = [f"{mode}_{part}" for mode in present for part in ("re", "im")]
     names += [f"{mode}_abs" for mode in present]
+    names += [f"{mode}_abs_{percent}" for mode in present for percent in BAND if band]
     fields = _fields(dict.fromkeys(names, "kg^0.5 m"))
     return Channel("/modes", fields, "Slow complex modal amplitudes and their moduli")
 
@@ -250,8 +256,8 @@ def energy() -> Channel:
 
 
 def control() -> Channel:
-    """Return the channel of friction limits relative to the model's, set by a controller."""
-    return Channel("/control", (Field("limit_scale", "1"),), "Friction limits set by a controller")
+    """Return the channel of friction limits relative to the model's."""
+    return Channel("/control", (Field("limit_scale", "1"),), "Friction limits that change")
 
 
 def event_descriptor() -> FileDescriptorSet:

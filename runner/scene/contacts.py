@@ -140,7 +140,7 @@ def loaded_law(scene: Scene, structure: Structure) -> tuple[Friction, Preload | 
 
 
 def check_scale(scene: Scene, law: Friction, contacts: int) -> None:
-    """Refuse `limits.scale` if the motion does not scale with limits and preloads."""
+    """Refuse `[limits]` if the motion does not scale with limits and preloads."""
     if scene.limit_scale is None or is_homogeneous(law, contacts):
         return
     against, instead = "tanh has a velocity alpha", 'law = "coulomb"'
@@ -153,6 +153,6 @@ def check_scale(scene: Scene, law: Friction, contacts: int) -> None:
         gap = gaps[0] if gaps else "the gap of contacts that [preload] opens"
         against, instead = f"{gap} is a length", "contacts without a gap"
     raise SlipmodeError(
-        f"limits.scale: the motion must scale with limits and preloads, but {against} that does "
-        f"not; use {instead}, or one scene per scale"
+        f"limits.{'wear' if scene.wear else 'scale'}: the motion must scale with limits and "
+        f"preloads, but {against} that does not; use {instead}, or one scene per scale"
     )

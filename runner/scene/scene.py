@@ -36,6 +36,7 @@ from slipmode.runner.scene.keys import (
     Window,
 )
 from slipmode.runner.scene.schedule import Schedule
+from slipmode.runner.scene.script import Script
 from slipmode.runner.scene.sections import Forcing, Modes, Scene
 from slipmode.runner.scene.structure_keys import STAND_IN
 from slipmode.runner.scene.structures import (
@@ -184,8 +185,10 @@ def read_scene(content: Content, folder: str | PathLike[str], text: str = "") ->
         if modes.tones:
             _check_shared_tone(content, modes, model)
         refuse_if(modes.A == modes.B, "modes.B: must be another mode than A")
-    if file.limits.scale is not None:
-        _check_slow_time(model, "with limits.scale; full order has fixed limits")
+    limits = file.limits
+    for key, given in (("scale", limits.scale is not None), ("wear", limits.wear > 0.0)):
+        if given:
+            _check_slow_time(model, f"with limits.{key}; full order has fixed limits")
     return Scene(
         title=file.title,
         structure=structure,
@@ -194,7 +197,8 @@ def read_scene(content: Content, folder: str | PathLike[str], text: str = "") ->
         friction=None if file.friction is None else read_friction(file.friction),
         contacts=laws,
         preload=None if file.preload is None else read_preload(file.preload, laws, folder),
-        limit_scale=file.limits.scale,
+        limit_scale=limits.scale or (Script.constant(1.0) if limits.wear else None),
+        wear=limits.wear,
         modes=modes,
         forcing=forcing,
         initial=initial,

@@ -156,6 +156,8 @@ class Scene:
         Saved model, instead of structure and contacts.
     limit_scale : Script or None
         Factor on friction limits and preloads over time [-]. None: constant.
+    wear : float
+        Share of the limits and preloads that is lost per dissipated energy [1/J].
     modes : Modes
         Numbers of the retained modes.
     forcing : mapping of str to Forcing
@@ -185,6 +187,7 @@ class Scene:
     contacts: tuple[ContactGroup, ...]
     preload: StaticForce | None
     limit_scale: Script | None
+    wear: float
     modes: Modes
     forcing: Mapping[str, Forcing]
     initial: Mapping[str, complex]

@@ -274,6 +274,11 @@ class LimitsTable:
     ----------
     scale
         Factor on all friction limits and preloads.
+    wear
+        Share of the limits and preloads that is lost per dissipated energy: they are
+        `scale` (1 - `wear` E) after the contacts have dissipated the energy E. Of runs: curves,
+        pages and FMUs have limits without wear.
     """
 
     scale: Annotated[Script | None, POSITIVE, Role.LOAD] = None
+    wear: Annotated[float, NON_NEGATIVE, "1/J"] = 0.0

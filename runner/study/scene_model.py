@@ -78,6 +78,8 @@ class Samples:
         """Return the scene of a sample; refuse one that is neither tabulated nor mistuned."""
         text = "" if self.recordings is None else toml_text(content)  # recordings attach it
         scene = read_scene(content, self.folder, text)
+        if scene.wear:
+            raise SlipmodeError("limits.wear: must be left out, because studies have no wear")
         if not (self.outputs.mistuned and scene.mistuning):
             scene.check_tabulated()
         return scene

@@ -8,8 +8,8 @@ import numpy as np
 
 from slipmode.rom import Model
 from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.contact.detuning import coupling_factor
 from slipmode.rom.reduction.force_response import AppliedForces
-from slipmode.rom.reduction.reduced import coupling_factor
 from slipmode.runner.plan.plan import ModesPlan
 from slipmode.runner.transients.full_order import SlowPart
 

@@ -11,9 +11,9 @@ import numpy as np
 
 from slipmode.rom import Model
 from slipmode.rom.arrays import Complexes, Flags, Floats
+from slipmode.rom.contact.detuning import coupling_factor
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.force_response import AppliedForces
-from slipmode.rom.reduction.reduced import coupling_factor
 from slipmode.rom.short_repr import percentage, short_list
 from slipmode.rom.slow.answer_error import curve_displacement
 from slipmode.rom.slow.slow_flow import ForcedFlow, inputs_of, rates, slow_flow

@@ -28,6 +28,7 @@ POWERS = ("input_power", "dissipated_power", "dissipated_energy")  # outputs of 
 
 if TYPE_CHECKING:
     from slipmode.runner.recording.record import Recorder
+    from slipmode.runner.transients.band import SampleBand
 
 
 @frozen
@@ -51,21 +52,29 @@ class FastMotion:
 
 
 def record_points(
-    plan: Plan[Excited], recorder: Recorder, first: int, amplitude: Floats, energy: Floats
+    plan: Plan[Excited],
+    recorder: Recorder,
+    first: int,
+    amplitude: Floats,
+    energy: Floats,
+    band: SampleBand | None = None,
 ) -> None:
     """Record the slow channels of communication points from number `first` on.
 
     `amplitude` (points, 2 modes) has the real and imaginary part of each a_j, `energy` has
-    the fields of ``/energy``, (points, 5).
+    the fields of ``/energy``, (points, 5). `band` is of the samples, if the model has them.
     """
     points = slice(first, first + len(amplitude))
     time = plan.schedule.time(points)
     moduli = np.hypot(amplitude[:, 0::2], amplitude[:, 1::2])
-    recorder.write("/modes", time, np.hstack((amplitude, moduli)))
+    parts = (amplitude, moduli) if band is None else (amplitude, moduli, band.at(points))
+    recorder.write("/modes", time, np.hstack(parts))
     inputs = ("force", "frequency", "phase")
     names = [f"{name}_{mode}" for mode in plan.excited.modes for name in inputs]
     recorder.write("/forcing", time, plan.schedule.at_points(names, points))
     recorder.write("/energy", time, energy)
+    if plan.scene.wear:
+        recorder.write("/control", time, plan.schedule.at_points(["limit_scale"], points))
 
 
 def record_contacts(

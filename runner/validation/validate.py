@@ -128,7 +128,8 @@ def validate(
     if not isinstance(scene, Scene):
         scene = load_scene(scene)
     if scene.limit_scale is not None:
-        raise SlipmodeError("limits.scale: must be left out, because full order has fixed limits")
+        key = "wear" if scene.wear else "scale"
+        raise SlipmodeError(f"limits.{key}: must be left out, because full order has fixed limits")
     if scene.nonlinear_stiffness:
         raise SlipmodeError(
             "nonlinear_stiffness: must be left out, because full order does not include it"

@@ -106,7 +106,7 @@ class Chart:
     x: Axis
     y: Axis
     layers: Sequence[Layer]
-    from_zero: bool = True  # Whether y begins at 0
+    from_zero: bool = True  # Whether y begins at 0 where it is not logarithmic
 
     def view(self) -> rrb.View:
         """Return the view of the chart: its box and its labels."""
@@ -118,7 +118,7 @@ class Chart:
         xs = span(self.x, [layer.x[np.isfinite(layer.y)] for layer in self.layers], False)
         heights = [layer.y for layer in self.layers]
         heights += [layer.top for layer in self.layers if layer.top is not None]
-        box = Box(self.x, self.y, xs, span(self.y, heights, self.from_zero))
+        box = Box(self.x, self.y, xs, span(self.y, heights, self.from_zero and not self.y.log))
         key = [(layer.name, layer.color) for layer in self.layers if layer.name]
         box.draw(stream, self.entity, key)
         for k, layer in enumerate(self.layers):

@@ -13,7 +13,7 @@ import numpy as np
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.slow.units import SI, Units
-from slipmode.runner.recording.channels import OTHER, Channel, Field, Moved
+from slipmode.runner.recording.channels import BAND, OTHER, Channel, Field, Moved
 from slipmode.runner.recording.record import Header
 from slipmode.runner.view.plots import DISPLACEMENT
 
@@ -80,9 +80,12 @@ def _displacement(modes: Channel, moved: Mapping[str, Moved], scene_text: str) -
     for mode, each in moved.items():
         on_tone = [m.shape * m.amplitude for name, m in moved.items() if name[0] == mode[0]]
         units = units_of(scene_text, 2.0 * max(on_tone))
-        columns.append(modes.names.index(f"{mode}_abs"))
-        fields.append(Field(f"{mode} at DOF {each.dof}", units.displacement))
-        factors.append(2.0 * float(units.of_displacement(each.shape)))
+        parts = {f"{mode}_abs_{percent}": f", {percent} % of the samples" for percent in BAND}
+        for name, words in ({f"{mode}_abs": ""} | parts).items():
+            if name in modes.names:
+                columns.append(modes.names.index(name))
+                fields.append(Field(f"{mode} at DOF {each.dof}{words}", units.displacement))
+                factors.append(2.0 * float(units.of_displacement(each.shape)))
     words = "Displacement amplitude of each mode at the DOF that it moves most"
     channel = Channel(DISPLACEMENT, tuple(fields), words)
     return Shown(channel, modes, tuple(columns), np.array(factors))

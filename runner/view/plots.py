@@ -49,15 +49,17 @@ class Plot:
         """Return the name of a curve, without its unit."""
         name, number = channel.names[column], channel.topic.rpartition("/")[2]
         text = self.label.format(*name.split("_"), name=name, contact=number)
+        if "_abs_" in name:
+            text += f", {name.rpartition('_')[2]} % of the samples"
         return f"{text}, full order" if channel.topic.startswith(FULL) else text
 
 
 _OF_CONTACT = "{name} contact {contact}"
 PLOTS = (
     Plot("A", "Displacement", DISPLACEMENT, "A*", tab="A"),
-    Plot("amplitude_A", "Modal amplitude", "/modes", "A*_abs", "|{0}|", "A"),
+    Plot("amplitude_A", "Modal amplitude", "/modes", "A*_abs A_abs_*", "|{0}|", "A"),
     Plot("B", "Displacement", DISPLACEMENT, "B*", tab="B"),
-    Plot("amplitude_B", "Modal amplitude", "/modes", "B*_abs", "|{0}|", "B"),
+    Plot("amplitude_B", "Modal amplitude", "/modes", "B*_abs B_abs_*", "|{0}|", "B"),
     Plot("amplitude", "Blade amplitudes", "/blades", "*_amplitude", "blade {1}"),
     Plot("force", "Force amplitude", "/forcing", "*_force", "mode {0}", "forcing"),
     Plot("frequency", "Forcing frequency", "/forcing", "*_frequency", "mode {0}", "forcing"),
@@ -178,7 +180,7 @@ def portraits(channels: Iterable[Channel]) -> list[Portrait]:
         if f"{mode}_abs" in modes and carrier in names("/forcing"):
             x = Axis("/forcing", carrier, "frequency")
             y = Axis("/modes", f"{mode}_abs", f"|{mode}|")
-            for name in names(DISPLACEMENT):
+            for name in reversed(names(DISPLACEMENT)):  # the first one, without percentiles
                 y = Axis(DISPLACEMENT, name, name) if name.startswith(f"{mode} ") else y
             place, title = f"/response/{mode}", f"Mode {mode} over its frequency"
             responses.append(Portrait("response", place, title, x, y, color))

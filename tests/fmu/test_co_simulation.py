@@ -102,6 +102,31 @@ def test_co_simulation_has_the_bits_of_the_component(exported, models, fmi, name
             assert dict(zip(names, made.get(*names), strict=True)) == stepped.outputs()
 
 
+def test_a_sample_has_the_bits_of_the_component(tmp_path, fmi):
+    def other(amplitudes):
+        damping, frequency = rates(amplitudes)
+        return 1.2 * damping, frequency - 0.3
+
+    model = rom.model_of_rates(rates, (RANGE, RANGE), samples=[rates, other])
+    options = {"contact": True, "elastic": (0, 1)}
+    fmu.export(
+        model, tmp_path / "x.fmu", FORCE_PATTERNS, start={"force_A": 0.4}, fmi=fmi, **options
+    )
+    stepped = fmu.Component(model, FORCE_PATTERNS, sample=2, **options)
+    stepped.set_inputs(force_A=0.4)
+    names = stepped.output_names
+    with instance(unpacked(tmp_path / "x.fmu", tmp_path / "x"), fmi) as made:
+        made.start(sample=2.0)
+        for duration in (0.37, 0.01, 1.13):
+            made.step(stepped.time, duration)
+            stepped.do_step(stepped.time, duration)
+            assert dict(zip(names, made.get(*names), strict=True)) == stepped.outputs()
+        for refused in (3.0, 0.5):
+            with pytest.raises(FMI_ERRORS):
+                made.set(sample=refused)
+        assert made.get("sample") == [2.0]
+
+
 @pytest.mark.oracle
 def test_displacements_are_the_modes_and_the_forced_response(exported, models, fmi):
     """x = sum_j phi_j q_j; B also responds to the force on A, by its receptance."""

@@ -76,8 +76,8 @@ static fmu_status check_carriers(fmu_instance *instance, const sm_inputs *inputs
     char hint[64];
     for (int j = 0; j < model->tones; j++) {
         const double natural = model->flow.natural[j], frequency = inputs->frequency[j];
-        const double low = model->constants->carrier_range[0] * natural;
-        const double high = model->constants->carrier_range[1] * natural;
+        const double *range = model->constants->carrier_range, middle = model->constants->middle[j];
+        const double low = range[0] * middle, high = range[1] * middle;
         const int is_allowed = frequency >= low && frequency <= high;
         if (is_allowed && frequency * FARTHEST_FORCING >= natural &&
             frequency <= FARTHEST_FORCING * natural)
@@ -105,12 +105,11 @@ static sm_status build(fmu_instance *instance, const double *parameters, const d
     const size_t size = sizeof instance->built_with;
     const int same =
         instance->core && memcmp(instance->built_with, parameters, size) == 0;
-    sm_slow_flow flow = instance->flow;
-    sm_motion motion = instance->motion;
+    sm_slow_flow flow;
+    sm_motion motion;
     fmu_core *built = instance->core;
     sm_status status = SM_OK;
-    memcpy(flow.damping, parameters + FMU_DAMPING, sizeof flow.damping);
-    motion.wanted = parameters[FMU_CONTACT_WANTED] != 0.0;
+    fmu_set_parameters(instance->model, parameters, &flow, &motion);
     if (!same)
         status = fmu_core_create(instance->model, &flow, &motion, parameters[FMU_TOLERANCE], &built);
     if (status != SM_OK) return status;

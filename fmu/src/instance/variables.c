@@ -120,10 +120,15 @@ fmu_status fmu_get_integers(fmu_instance *instance, int32_t type, const uint32_t
 }
 
 /* Returns what a value must be; NULL if it is. */
-static const char *value_needs(const fmu_variable *variable, double value) {
+static const char *value_needs(const fmu_model *model, const fmu_variable *variable,
+                               double value) {
     if (!isfinite(value)) return "finite";
     if (variable->kind == FMU_INPUT && fmu_input_is_positive(variable->slot) && !(value > 0.0))
         return "> 0";
+    if (variable->kind == FMU_PARAMETER && variable->slot == FMU_SAMPLE)
+        return value >= 0.0 && value <= model->layout->samples && value == floor(value)
+                   ? NULL
+                   : "the number of a sample, 0 to the maximum";
     if (variable->kind != FMU_PARAMETER || variable->slot != FMU_TOLERANCE) return NULL;
     return value >= FMU_LEAST_TOLERANCE && value <= FMU_MOST_TOLERANCE ? NULL : "1e-13 to 0.01";
 }
@@ -164,7 +169,7 @@ fmu_status fmu_set_reals(fmu_instance *instance, const uint32_t *reference, size
         if (!variable) return FMU_ERROR;
         const char *name = instance->model->name[reference[k]];
         if (may_set(instance, variable, name) != FMU_OK) return FMU_ERROR;
-        const char *needed = value_needs(variable, value[k]);
+        const char *needed = value_needs(instance->model, variable, value[k]);
         if (needed)
             return fmu_say(instance, FMU_ERROR, "%s: must be %s, got %g", name, needed, value[k]);
     }

@@ -23,10 +23,10 @@ enum {
 enum {
     END, TWO, THREE, FOUR, ROW_FIELDS, LAYOUT_FIELDS, CONSTANT_FIELDS, INPUT_FIELDS, MODES,
     COMBINATIONS, NODES_A, NODES_B, FIELDS, CORRECTIONS, CONTACTS, ELEMENTS, SLIDERS, OUTPUTS,
-    ORDERS, REACTIONS, RESPONSES, TONE_NUMBERS, VARIABLES, EXTENTS
+    ORDERS, REACTIONS, RESPONSES, SAMPLES, SAMPLE_ROW, TONE_NUMBERS, VARIABLES, EXTENTS
 };
 /* Which models have an array. In the others its file is empty: extents from MODES on are 0. */
-enum { ALL, TABLE, CORRECTED, DETUNED, INERTIA, RIGID, ELASTIC, TONE, CONDITIONS };
+enum { ALL, TABLE, SAMPLED, CORRECTED, DETUNED, INERTIA, RIGID, ELASTIC, TONE, CONDITIONS };
 
 #define FIELD(field) offsetof(fmu_model, field)
 /* The arrays, in the order of checksums.npy, and the pointers to them in the model. */
@@ -64,6 +64,7 @@ static const struct {
      FIELD(motion.reaction), TABLE},
     {"elastic_response.npy", NPY_FLOAT64, {NODES_A, NODES_B, ORDERS, RESPONSES},
      FIELD(motion.response), TABLE},
+    {"samples.npy", NPY_FLOAT64, {SAMPLES, SAMPLE_ROW}, FIELD(samples), SAMPLED},
     {"tone.npy", NPY_FLOAT64, {TONE_NUMBERS}, FIELD(tone_numbers), TONE},
     {"variables.npy", NPY_INT32, {VARIABLES, THREE}, FIELD(variable), ALL},
 };
@@ -164,7 +165,7 @@ static int layout_is_possible(loader *l, const fmu_layout *shape) {
                       (long)shape->format, FMU_FORMAT);
     const int32_t counts[] = {shape->contacts, shape->elastic,  shape->combinations,
                               shape->elements, shape->sliders,  shape->orders,
-                              shape->count_a,  shape->count_b,  shape->variables,
+                              shape->count_a,  shape->count_b,  shape->variables, shape->samples,
                               shape->modes,    shape->kinds,    shape->nodes,
                               shape->shares,   shape->slow[0],  shape->slow[1],
                               shape->fast[0],  shape->fast[1],  shape->retained[0],
@@ -197,11 +198,17 @@ static void count(const fmu_layout *shape, size_t extent[EXTENTS], int has[CONDI
     extent[ORDERS] = (size_t)shape->orders;
     extent[REACTIONS] = 2 * contacts;
     extent[RESPONSES] = 2 * (size_t)shape->elastic;
+    extent[SAMPLES] = (size_t)shape->samples;
+    extent[SAMPLE_ROW] = sizeof(fmu_sample) / sizeof(double)
+                         + 4 * extent[NODES_A] * extent[NODES_B]
+                               * (extent[FIELDS] + extent[CORRECTIONS])
+                         + 2 * modes * extent[OUTPUTS];
     sm_tone tone;
     extent[TONE_NUMBERS] = fmu_tone_numbers(shape, NULL, &tone);
     extent[VARIABLES] = (size_t)shape->variables;
     has[TONE] = shape->kinds > 0;
     has[TABLE] = !has[TONE];
+    has[SAMPLED] = has[TABLE] && shape->samples > 0;
     has[CORRECTED] = has[TABLE] && shape->corrected;
     has[DETUNED] = has[TABLE] && shape->detuned;
     has[INERTIA] = has[TABLE] && shape->inertia;
@@ -218,6 +225,7 @@ static void set_flow(fmu_model *model, const fmu_layout *shape, const fmu_consta
     flow->ratio = given->ratio;
     memcpy(flow->hardening, given->hardening, sizeof flow->hardening);
     memcpy(flow->natural, given->natural, sizeof flow->natural);
+    memcpy(flow->spin, given->spin, sizeof flow->spin);
     memcpy(flow->carrier, given->carrier, sizeof flow->carrier);
     memcpy(flow->damping, given->parameters + FMU_DAMPING, sizeof flow->damping);
     memcpy(flow->off_resonance, given->off_resonance, sizeof flow->off_resonance);
@@ -231,6 +239,30 @@ static void set_flow(fmu_model *model, const fmu_layout *shape, const fmu_consta
     flow->table.power = shape->power;
     flow->table.count_a = shape->count_a;
     flow->table.count_b = shape->count_b;
+}
+
+void fmu_set_parameters(const fmu_model *model, const double *parameters, sm_slow_flow *flow,
+                        sm_motion *motion) {
+    const double *own = model->constants->parameters + FMU_DAMPING;
+    const double sample = parameters[FMU_SAMPLE];
+    *flow = model->flow;
+    *motion = model->motion;
+    motion->wanted = parameters[FMU_CONTACT_WANTED] != 0.0;
+    memcpy(flow->damping, parameters + FMU_DAMPING, sizeof flow->damping);
+    if (!(sample >= 1.0 && sample <= model->layout->samples)) return;
+    const double *row = model->samples + ((size_t)sample - 1) * model->sample_width;
+    const size_t *extent = model->sample_extent;
+    fmu_sample given;
+    memcpy(&given, row, sizeof given);
+    memcpy(flow->natural, given.natural, sizeof flow->natural);
+    memcpy(flow->cross_response, given.cross_response, sizeof flow->cross_response);
+    memcpy(flow->other_modes, given.other_modes, sizeof flow->other_modes);
+    /* a change of the parameter from the model's damping changes the sample's damping by as much */
+    for (size_t j = 0; j < SM_MODES; j++)
+        flow->damping[j] = given.damping[j] + (flow->damping[j] - own[j]);
+    flow->table.values = row + sizeof given / sizeof(double);
+    flow->table.rate_correction = flow->table.values + extent[0];
+    motion->forces_out = flow->table.rate_correction + extent[1];
 }
 
 /* Sets the elements of elastic contacts from their rows; integers there must be such. */
@@ -354,6 +386,10 @@ static int set_tone(loader *l, fmu_model *model, const fmu_layout *shape) {
 
 static int set_table(loader *l, fmu_model *model, const fmu_layout *shape) {
     set_flow(model, shape, model->constants);
+    const size_t values = 4 * l->extent[NODES_A] * l->extent[NODES_B];
+    model->sample_width = l->extent[SAMPLE_ROW];
+    model->sample_extent[0] = values * l->extent[FIELDS];
+    model->sample_extent[1] = values * l->extent[CORRECTIONS];
     model->tones = model->flow.ratio != 0.0 ? 1 : shape->modes;
     if (!set_contact(l, model, shape)) return 0;
     sm_motion motion = model->motion; /* checked for any parameters, so that instances need not */

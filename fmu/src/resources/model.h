@@ -13,7 +13,7 @@
 #define FMU_MOST_TOLERANCE 1e-2
 
 /* Slots of parameters. */
-enum { FMU_DAMPING = 0, FMU_TOLERANCE = SM_MODES, FMU_CONTACT_WANTED, FMU_PARAMETERS };
+enum { FMU_DAMPING = 0, FMU_TOLERANCE = SM_MODES, FMU_CONTACT_WANTED, FMU_SAMPLE, FMU_PARAMETERS };
 
 /* Slots of outputs of one or two modes, as sm_component_outputs packs them: the time, (Re, Im) of the amplitudes, the
  * carrier angles, input and dissipated power, dissipated energy. */
@@ -46,7 +46,8 @@ typedef struct {
  * kinds of contacts, nodes; slow, fast and retained modes of each tone. */
 typedef struct {
     int32_t format, modes, contacts, elastic, law, paper, combinations, power, count_a, count_b;
-    int32_t corrected, detuned, inertia, elements, sliders, orders, steps_per_period, variables;
+    int32_t corrected, detuned, inertia, elements, sliders, orders, steps_per_period;
+    int32_t samples, variables;
     int32_t kinds, nodes, shares;
     int32_t slow[SM_MODES], fast[SM_MODES], retained[SM_MODES];
 } fmu_layout;
@@ -54,17 +55,26 @@ typedef struct {
 /* constants.npy */
 typedef struct {
     double alpha, memory_periods;
-    double natural[SM_MODES], carrier[SM_MODES], coupling_ratio[SM_MODES][2][2];
+    double natural[SM_MODES], spin[SM_MODES], carrier[SM_MODES];
+    double coupling_ratio[SM_MODES][2][2];
     double off_resonance[SM_MODES][2], cross_response[SM_MODES][SM_MODES][2];
     double other_modes[SM_MODES][2][2];
     double force_factor[SM_MODES];     /* modal force per newton of the force input */
     double parameters[FMU_PARAMETERS]; /* start values */
     double nominal[FMU_STATES];        /* of the states, absent modes left out */
     double amplitude[2 * SM_MODES];    /* start values of Re, Im of a_j */
-    double carrier_range[2];           /* of forcing frequencies, relative to the natural one */
+    double middle[SM_MODES];           /* forcing frequency of which carrier_range is a multiple */
+    double carrier_range[2];           /* allowed forcing frequencies, relative to the middle */
     double ratio;                      /* of the carriers of two modes on one tone, else 0 */
     double hardening[SM_MODES][SM_MODES];
 } fmu_constants;
+
+/* What differs between the samples: a row of samples.npy begins with it. The friction table, its
+ * rate correction and motion.forces_out follow. */
+typedef struct {
+    double natural[SM_MODES], damping[SM_MODES];
+    double cross_response[SM_MODES][SM_MODES][2], other_modes[SM_MODES][2][2];
+} fmu_sample;
 
 typedef struct {
     const fmu_layout *layout;
@@ -81,6 +91,8 @@ typedef struct {
     const int32_t *combinations;       /* (combinations, 3) mode, n, m */
     const double *elements;            /* sm_element in doubles */
     const double *tone_numbers;
+    const double *samples;             /* rows of `sample_width` doubles */
+    size_t sample_width, sample_extent[2]; /* doubles of a row, its table, its rate correction */
     const fmu_variable *variable;      /* (variables), by value reference */
     const char **name;                 /* (variables), likewise */
     uint32_t checksum;                 /* of all files */
@@ -98,6 +110,10 @@ int fmu_model_load(fmu_model *model, const char *folder, const char *token,
 void fmu_model_free(fmu_model *model);
 /* Returns whether the model was read from the folder with this token (by checksums). */
 int fmu_model_is_of(const fmu_model *model, const char *folder, const char *token);
+
+/* Sets the flow and the motion of a model with these parameters: its damping and its sample. */
+void fmu_set_parameters(const fmu_model *model, const double *parameters, sm_slow_flow *flow,
+                        sm_motion *motion);
 
 /* Returns the model that all instances of this folder share, to be released; NULL: `reason` says
  * why there is none. May be called from any thread. */

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import field
+from itertools import islice
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,7 +12,7 @@ import numpy as np
 from slipmode.rom import Model, SlipmodeError
 from slipmode.rom.common import Complexes, Floats, as_floats, frozen, in_one_line
 from slipmode.rom.identification.first_look import LocalRates
-from slipmode.rom.identification.models.law_model import model_of_law
+from slipmode.rom.identification.models.law_model import model_of_laws
 from slipmode.rom.identification.models.sensor_units import sensor_factors, shape_at_sensor
 from slipmode.rom.identification.slow_laws import SlowLaw
 from slipmode.rom.identification.uncertainty import Uncertainty
@@ -228,6 +229,7 @@ class IdentifiedLaw:
         amplitude: Any = None,
         tolerance: float = 1e-3,
         extrapolate: bool = False,
+        samples: int = 0,
     ) -> Model:
         """Return the law as a model for `fmu.Component`, FMUs, curves and scenes.
 
@@ -250,6 +252,8 @@ class IdentifiedLaw:
             Relative error of the amplitude equation [-], as in `rom.model_of_rates`.
         extrapolate : bool, default False
             Allow an `amplitude` above the measured range.
+        samples : int, default 0
+            Number of `samples` that travel with the model, for bands of its results.
 
         Returns
         -------
@@ -281,7 +285,49 @@ class IdentifiedLaw:
         shape = self._shape(modal_mass, mode_shape)
         factors = self.sensor_factors(modal_mass=modal_mass, mode_shape=mode_shape)
         range = np.stack([np.minimum(self.range[:, 0], largest), largest], axis=1)
-        return model_of_law(self.law, factors, range, self.shapes.real * shape, tolerance)
+        laws = [self.law, *self.samples(samples)]
+        return model_of_laws(laws, factors, range, self.shapes.real * shape, tolerance)
+
+    def samples(self, count: int) -> tuple[SlowLaw, ...]:
+        """Return samples of the posterior: laws that are as likely as the intervals say.
+
+        Equal calls return equal laws. A sample dissipates energy up to the measured amplitudes if
+        `law` does. The modal mass is the same in all samples.
+
+        Parameters
+        ----------
+        count : int
+            Number of samples.
+
+        Returns
+        -------
+        tuple of SlowLaw
+            Laws; the first ones are equal for every count.
+
+        Raises
+        ------
+        SlipmodeError
+            If the deviation of a parameter is infinite, or the parameters are so uncertain that
+            few laws dissipate energy.
+        """
+        if not isinstance(count, int | np.integer) or count < 0:
+            raise SlipmodeError(f"samples = {in_one_line(count)}: must be a whole number >= 0")
+        if count and not np.isfinite(list(self.deviation.values())).all():
+            raise SlipmodeError(
+                "samples: need a finite deviation of each parameter, from at least three records "
+                "of modes whose law is claimed"
+            )
+        sizes = np.stack(np.meshgrid(*([0.0, low, high] for low, high in self.range)))
+        least = np.minimum(self.law.damping_rates(*sizes), 0.0)
+        drawn = islice(self.uncertainty.samples(np.random.default_rng(0)), 20 * count)
+        dissipating = (law for law in drawn if np.all(law.damping_rates(*sizes) >= least))
+        found = tuple(islice(dissipating, count))
+        if len(found) < count:
+            raise SlipmodeError(
+                "samples: fewer than one law in twenty of the intervals dissipates energy; the "
+                f"data do not determine {', '.join(self.unidentified) or 'its damping'}"
+            )
+        return found
 
     def sensor_factors(self, *, modal_mass: Any = None, mode_shape: Any = None) -> Complexes:
         """Return the sensor amplitude for a modal amplitude of 1 kg^1/2 m.

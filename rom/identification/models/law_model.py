@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from functools import partial
+
 import numpy as np
 
 from slipmode.rom import Model, SlipmodeError, model_of_rates
@@ -9,10 +12,14 @@ from slipmode.rom.common import Complexes, Floats
 from slipmode.rom.identification.slow_laws import SlowLaw
 
 
-def model_of_law(
-    law: SlowLaw, factors: Complexes, range: Floats, mode_shapes: Floats, tolerance: float
+def model_of_laws(
+    laws: Sequence[SlowLaw],
+    factors: Complexes,
+    range: Floats,
+    mode_shapes: Floats,
+    tolerance: float,
 ) -> Model:
-    """Return the model of a law.
+    """Return the model of a law, the first one, with the others as its samples.
 
     `range` (modes, 2) are the smallest measured and the largest amplitudes of the model [sensor
     unit], `mode_shapes` (channels, modes) the mass-normalised modes at the sensors [kg^-1/2]. A
@@ -20,18 +27,19 @@ def model_of_law(
     quadratic coupling are refused.
     """
     least, largest = range.T
-    if np.any(law.coupling):
-        raise _no_coupling(law, largest)
+    if np.any(laws[0].coupling):
+        raise _no_coupling(laws[0], largest)
     size = np.abs(factors)
 
-    def rates(amplitudes: Floats) -> tuple[Floats, Floats]:
+    def rates(law: SlowLaw, amplitudes: Floats) -> tuple[Floats, Floats]:
         sensor = (amplitudes * size).T
         if law.form.law == "coulomb":
             sensor = np.maximum(sensor, least[:, np.newaxis])
         return law.damping_rates(*sensor).T, law.frequencies(*sensor).T
 
     ends = (largest / size).tolist()
-    return model_of_rates(rates, ends, tolerance, mode_shapes=mode_shapes)
+    whole, *samples = [partial(rates, law) for law in laws]
+    return model_of_rates(whole, ends, tolerance, mode_shapes=mode_shapes, samples=samples)
 
 
 def _no_coupling(law: SlowLaw, largest: Floats) -> SlipmodeError:

@@ -22,9 +22,16 @@ double sm_detuning(const sm_slow_flow *flow, int j, double Omega) {
     return fmax(-most, fmin(most, Omega - flow->carrier[j]));
 }
 
+double sm_natural_at(const sm_slow_flow *flow, int j, double Omega) {
+    const double omega = flow->natural[j], carrier = flow->carrier[j], spin = flow->spin[j];
+    return spin == 0.0 ? omega
+                       : sqrt(omega * omega + spin * (Omega - carrier) * (Omega + carrier));
+}
+
 /* Computes the coefficients of mode j at the inputs, and their products. */
 static void evaluate(sm_instant *instant, const sm_slow_flow *flow, int j, const sm_inputs *in) {
-    const double omega = flow->natural[j], Omega = in->frequency[j], gamma = flow->damping[j];
+    const double Omega = in->frequency[j], gamma = flow->damping[j];
+    const double omega = sm_natural_at(flow, j, Omega);
     sm_coefficients *now = &instant->now;
     instant->direction[j] = sm_unit(in->phase[j]);
     now->force[j] = sm_cscale(instant->direction[j], in->force[j]);
@@ -47,6 +54,13 @@ static void evaluate(sm_instant *instant, const sm_slow_flow *flow, int j, const
     instant->spring[j] = sm_cmul(now->stiffness[j], instant->per_mass[j]);
 }
 
+/* Returns the change of the root in mass, root^2 = gamma^2 / 4 - omega^2, by a rise of omega^2. */
+static sm_complex root_change(const sm_instant *instant, const sm_slow_flow *flow, int j,
+                              double rise) {
+    const sm_complex rest = sm_cx(0.5 * flow->damping[j], instant->inputs.frequency[j]);
+    return sm_cdiv(sm_cx(-0.5 * rise, 0.0), sm_csub(instant->now.mass[j], rest));
+}
+
 void sm_coefficients_change(const sm_slow_flow *flow, const sm_instant *instant,
                             const sm_inputs *change, sm_coefficients *d) {
     const sm_inputs *in = &instant->inputs;
@@ -63,6 +77,10 @@ void sm_coefficients_change(const sm_slow_flow *flow, const sm_instant *instant,
         d->mass[j] = sm_cx(0.0, flow->paper ? 0.0 : dOmega);
         d->stiffness[j] = flow->paper ? sm_cx(-2.0 * omega * dOmega, 0.0)
                                       : sm_cx(-2.0 * Omega * dOmega, flow->damping[j] * dOmega);
+        if (flow->spin[j] == 0.0) continue;
+        const double rise = 2.0 * flow->spin[j] * Omega * dOmega; /* of omega^2 */
+        d->mass[j] = sm_cadd(d->mass[j], root_change(instant, flow, j, rise));
+        d->stiffness[j].re += rise;
     }
 }
 
@@ -81,7 +99,16 @@ void sm_instant_set(sm_instant *instant, const sm_slow_flow *flow, const sm_inpu
     }
     instant->now.limit_scale = inputs->limit_scale;
     for (int j = 0; j < flow->table.modes; j++) evaluate(instant, flow, j, inputs);
-    if (!instant->constant) sm_coefficients_change(flow, instant, &rates, &instant->rate);
+    if (instant->constant) return;
+    sm_coefficients_change(flow, instant, &rates, &instant->rate);
+    for (int j = 0; j < flow->table.modes; j++) {
+        if (flow->spin[j] == 0.0) continue;
+        /* stiffness = d(root)/dt - mass slow: the amplitude of free vibration falls as omega rises */
+        const sm_complex own = sm_cx(0.0, rates.frequency[j]);
+        const sm_complex drift = sm_csub(instant->rate.mass[j], own);
+        instant->now.stiffness[j] = sm_cadd(instant->now.stiffness[j], drift);
+        instant->spring[j] = sm_cmul(instant->now.stiffness[j], instant->per_mass[j]);
+    }
 }
 
 void sm_instant_advance(sm_instant *instant, const sm_slow_flow *flow, const sm_inputs *inputs,

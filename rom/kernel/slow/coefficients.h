@@ -46,6 +46,9 @@ SM_INLINE sm_complex sm_coupling_at(const sm_slow_flow *flow, int j, double Omeg
     return sm_cx(1.0 + c[0][0] - Omega * c[1][1], c[0][1] + Omega * c[1][0]);
 }
 
+/* Returns omega_j while mode j is forced at Omega [rad/s]. */
+double sm_natural_at(const sm_slow_flow *flow, int j, double Omega);
+
 /* Returns the distance of a frequency from the carrier of mode j [rad/s], limited to the range in
  * which the slope of the table in frequency is valid. */
 double sm_detuning(const sm_slow_flow *flow, int j, double Omega);

@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "base/cnumber.h"
+#include "slow/coefficients.h"
 
 sm_previous_force sm_force_of(const sm_inputs *inputs) {
     sm_previous_force previous = {.known = 1.0};
@@ -31,7 +32,8 @@ int sm_force_discontinuity(const sm_slow_flow *flow, const sm_previous_force *pr
             sm_csub(sm_cscale(sm_unit(now->angle[j] + now->phase[j]), now->force[j]),
                     sm_cscale(sm_unit(now->angle[j] + previous->phase[j]), previous->force[j]));
     for (int k = 0; k < modes; k++) {
-        const double decay = 0.5 * flow->damping[k], omega = flow->natural[k];
+        const double decay = 0.5 * flow->damping[k];
+        const double omega = sm_natural_at(flow, k, now->frequency[k]);
         if (decay >= omega) continue; /* overdamped: no vibration */
         const double omega_d = sqrt((omega - decay) * (omega + decay));
         const sm_complex both = sm_cx(flow->damping[k], 2.0 * (now->frequency[k] + omega_d));

@@ -23,9 +23,10 @@ sm_status sm_slow_flow_check(const sm_slow_flow *flow) {
     const int modes = flow->table.modes;
     for (int j = 0; j < modes; j++) {
         SM_TRY(sm_check_positive(flow->natural[j]));
-        if (!isfinite(flow->damping[j]) || !SM_FINITE(flow->coupling_ratio[j])
-            || !SM_FINITE(flow->off_resonance[j]) || !SM_FINITE(flow->cross_response[j])
-            || !SM_FINITE(flow->other_modes[j]) || !SM_FINITE(flow->hardening[j]))
+        if (!isfinite(flow->damping[j]) || !isfinite(flow->spin[j])
+            || !SM_FINITE(flow->coupling_ratio[j]) || !SM_FINITE(flow->off_resonance[j])
+            || !SM_FINITE(flow->cross_response[j]) || !SM_FINITE(flow->other_modes[j])
+            || !SM_FINITE(flow->hardening[j]))
             return SM_NOT_FINITE;
     }
     for (int k = 0; k < flow->table.combinations; k++)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Complexes, Flags, Floats
-from slipmode.rom.reduction.reduced import coupling_factor
+from slipmode.rom.contact.detuning import coupling_factor
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.answer_error import (
     TableError,

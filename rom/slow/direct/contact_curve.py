@@ -161,7 +161,7 @@ class ContactCurve:
         flow, (a, q) = problem.at(z[:, -1]), self._parts(z)
         reduced, Omega = problem.model.reduced, flow.frequency
         contacts = self.friction.motion(ContactPoints.of(flow, a, q))
-        omega, gamma = reduced.frequency, reduced.modal_damping
+        omega, gamma = reduced.natural_at(Omega), reduced.modal_damping
         stiffness = omega**2 + np.abs(a) ** 2 @ hardening(reduced)
         stiffness = stiffness - Omega**2 + 1j * gamma * Omega
         mass = 0.5 * gamma + np.emath.sqrt(0.25 * gamma**2 - omega**2 + 0j) + 1j * Omega

@@ -13,7 +13,7 @@ from slipmode.rom.arrays import Complexes, Floats, as_floats, check_dof, in_one_
 from slipmode.rom.contact.time_budget import WorkLimit, checked_budget
 from slipmode.rom.contact.torus.grid import Discretisation, enough_lines, step_counts
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.laws.friction import Friction, check_law
+from slipmode.rom.laws.friction import Friction, check_law, pulled_at_rest
 from slipmode.rom.reduction.combination import Order, harmonic_orders
 from slipmode.rom.reduction.force_response import AppliedForces, Forces
 from slipmode.rom.reduction.nonlinear.stiffness import refuse_nonlinear_stiffness
@@ -27,7 +27,13 @@ from slipmode.rom.slow.direct.steady_harmonics import (
     neglected_modes,
     relative_error,
 )
-from slipmode.rom.validity import forcing_findings, friction_findings, warn
+from slipmode.rom.validity import (
+    Finding,
+    check_carriers,
+    forcing_findings,
+    friction_findings,
+    warn,
+)
 
 # By modes, |n| + |m| of the harmonics in turn, with twice the time steps at each level.
 _HIGHEST = {1: (7, 15, 31, 63, 127, 127), 2: (7, 11, 17, 25, 25)}
@@ -35,6 +41,10 @@ _HIGHEST = {1: (7, 15, 31, 63, 127, 127), 2: (7, 11, 17, 25, 25)}
 # in test_the_branch_of_two_modes_is_followed_from_a_steady_state.
 _BETWEEN_HARMONICS = {1: 0.0, 2: 1.2e-3}
 _LEAST_STEPS = {1: 256, 2: 128}  # at the first level
+_SUDDEN = (
+    "contacts have tangential forces at rest, and harmonic balance does not converge. Forces that "
+    "grow slowly may end at another amplitude. Try another frequency, or a start nearby"
+)
 
 Method = Literal["balance", "integration"]
 
@@ -159,7 +169,8 @@ def steady_state(
     Warns
     -----
     ValidityWarning
-        If a forcing frequency is far from its mode, or friction has hardly any effect.
+        If a forcing frequency is far from its mode, or friction has hardly any effect. If contacts
+        with tangential forces at rest are integrated: their transient determines the steady state.
 
     Notes
     -----
@@ -191,6 +202,8 @@ def steady_state(
     Omega = as_floats("frequency", frequency)
     if Omega.shape != (modes,):
         raise SlipmodeError(f"frequency: must be {modes} numbers [rad/s], got {Omega}")
+    if reduced.spin is not None:
+        check_carriers(reduced, Omega, np.ones(modes, dtype=bool))
     reduced = reduced.at_carrier(Omega.tolist())
     if not f.any(axis=1).all():
         raise SlipmodeError("force: must not be 0; retain the forced modes only (rom.reduce)")
@@ -201,6 +214,8 @@ def steady_state(
     error = error + neglected_modes(problem, found) * np.abs(found.amplitude)
     warn(forcing_findings(reduced, Omega, np.ones(modes, dtype=bool)))
     warn(friction_findings(reduced, law, np.abs(found.amplitude)))
+    if method == "integration" and pulled_at_rest(law, reduced.n_contacts):
+        warn([Finding("load history", "of forces that begin suddenly", _SUDDEN, "warning")])
     return SteadyState(error, found, reduced, f, method)
 
 

@@ -50,6 +50,7 @@ def decay_rates(model: Model, amplitudes: ArrayLike) -> tuple[Floats, Floats]:
     >>> damping.round(4), frequency.round(3)
     (array([0.0118]), array([0.983]))
     """
+    model.refuse_spin("a free vibration")
     given = as_floats("amplitudes", amplitudes)
     if given.ndim == 0 or given.shape[-1] != model.modes:
         raise SlipmodeError(

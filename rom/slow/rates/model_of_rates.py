@@ -23,7 +23,7 @@ from slipmode.rom.contact.error_norm import SMALLEST_SHARE, ErrorNorm
 from slipmode.rom.contact.harmonics import Harmonics
 from slipmode.rom.contact.problem import ContactProblem
 from slipmode.rom.contact.time_budget import TimeBudget
-from slipmode.rom.errors import Finding, SlipmodeError, warn
+from slipmode.rom.errors import Finding, SlipmodeError, naming, warn
 from slipmode.rom.frequencies import (
     HIGHEST_CARRIER,
     LOWEST_CARRIER,
@@ -32,16 +32,21 @@ from slipmode.rom.frequencies import (
 )
 from slipmode.rom.laws.no_contacts import NoContacts
 from slipmode.rom.reduction.combination import CARRIERS
-from slipmode.rom.reduction.modes_alone import modes_alone
 from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.representable import ALLOWED, LARGEST, fits
 from slipmode.rom.short_repr import percentage
 from slipmode.rom.slow.rates.decay_rates import decay_rates
+from slipmode.rom.slow.rates.rate_samples import (
+    friction_terms,
+    modes_at_rest,
+    node_amplitudes,
+    with_rate_correction,
+)
 from slipmode.rom.table.accuracy import Accuracy
-from slipmode.rom.table.hermite import Table, surface_values
+from slipmode.rom.table.hermite import Table
 from slipmode.rom.table.model import Model
 from slipmode.rom.table.refinement.refine import refine
-from slipmode.rom.table.refinement.sampling import Sampling, amplitude_pairs
+from slipmode.rom.table.refinement.sampling import Sampling
 from slipmode.rom.table.tabulation import check_request
 
 Rates = Callable[[Floats], tuple[ArrayLike, ArrayLike]]
@@ -53,6 +58,7 @@ def model_of_rates(
     tolerance: float = 1e-3,
     *,
     mode_shapes: ArrayLike | None = None,
+    samples: Sequence[Rates] = (),
     warned: bool = True,
 ) -> Model:
     """Return a model of one or two modes with given damping and frequency of free vibration.
@@ -76,6 +82,9 @@ def model_of_rates(
         Mass-normalised mode shapes at the DOFs of sensors and forces [kg^-1/2]. Mode j moves DOF i
         with the displacement amplitude 2 |mode_shapes[i, j]| |a_j| [m]. At a DOF with the modal
         mass m the entry is 1 / sqrt(m). Default: one DOF for each mode, with a modal mass of 1 kg.
+    samples : sequence of callable
+        Other rates that are as likely, for instance the samples of a posterior. They travel with
+        the model, see `sample_of`, and are interpolated between the nodes of its table.
     warned : bool, default True
         Issue the warnings listed under Warns.
 
@@ -131,11 +140,15 @@ def model_of_rates(
     sampling = Sampling(law.sample, problem, ends, noise=0.0)
     table, _, error = refine(sampling, tolerance, TimeBudget(np.inf))
     table = law.corrected(table)
-    nodes = tuple(axis.size for axis in table.axes)
+    points, nodes = node_amplitudes(table), tuple(axis.size for axis in table.axes)
+    with naming("samples"):
+        others = [_RatesLaw(each, modes).exponent(points.reshape(-1, modes)) for each in samples]
     nothing = np.zeros((*nodes, modes, 0))
     carriers = Harmonics(table.axes, CARRIERS[:modes], nothing.astype(complex), nothing[..., 0, :])
     accuracy = Accuracy(tolerance, error, solved=law.sampled)
     model = Model(reduced, NoContacts(), table, carriers, (), accuracy)
+    if others:
+        model = replace(model, samples=np.stack(others).reshape(-1, *points.shape))
     model = replace(model, accuracy=replace(accuracy, resolution=_decay_error(model, law)))
     if warned:
         warn(mode_frequency_findings("AB", reduced.frequency))
@@ -216,22 +229,15 @@ class _RatesLaw:
         return np.asarray(s)
 
     def sample(self, amplitudes: Floats, near: Complexes | None = None) -> Complexes:
-        """Return S_j, and no power that is lost elsewhere, (points, modes + 1)."""
+        """Return the tabulated columns (points, modes + 1)."""
         self.sampled += len(amplitudes)
-        s, rest = self.exponent(amplitudes), self._at_rest
-        S = (s - rest) * (s - rest.conj()) * amplitudes
-        return np.hstack((S, np.zeros((len(S), 1))))
+        return friction_terms(self.exponent(amplitudes), self._at_rest, amplitudes)
 
     def corrected(self, table: Table) -> Table:
-        """Return the table with the rate correction, which makes free vibration exact."""
-        modes, nodes = self._modes, (table.node_a, table.node_b)
-        points = amplitude_pairs(*nodes, modes)
-        s = self.exponent(points.reshape(-1, modes)).reshape(points.shape)
-        through = surface_values(*nodes, s, [(0, 0)] * modes).view(complex)
-        slopes = through[:, :, 1 : 1 + modes].swapaxes(2, 3)  # by j and k
-        samples = (points[..., np.newaxis] * slopes).reshape(*points.shape[:2], modes**2)
-        odd = [(j != k, j != k) for j in range(modes) for k in range(modes)]
-        return replace(table, rate_correction=surface_values(*nodes, samples, odd))
+        """Return the table with the rate correction."""
+        points = node_amplitudes(table)
+        s = self.exponent(points.reshape(-1, self._modes)).reshape(points.shape)
+        return with_rate_correction(table, s)
 
     def reduced(self, mode_shapes: ArrayLike | None) -> Reduced:
         """Return the modes, which have no contacts."""
@@ -242,5 +248,4 @@ class _RatesLaw:
                 f"mode_shapes: must be (n, {modes}) numbers, one row per DOF and one column per "
                 f"mode [kg^-1/2], {ALLOWED}, got shape {shapes.shape}"
             )
-        natural, damping = np.abs(self._at_rest), -2.0 * self._at_rest.real
-        return modes_alone(natural, damping, shapes, NoContacts().elements(0))
+        return modes_at_rest(self._at_rest, shapes)

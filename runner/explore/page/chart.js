@@ -46,7 +46,7 @@ function pointPath(u, index) {
 export class Chart {
   /**
    * `x` is the label of the axis; `axes` are {label, colour} of one or two vertical axes, from 0 if
-   * `fromZero`; `series` are {axis, colour, dashed, points}, with a `label` for the caption if there
+   * `fromZero`; `series` are {axis, colour, width, dashed, points}, with a `label` for the caption if there
    * are several of a kind. `pick(x)` is called where the chart is clicked.
    */
   constructor(figure, { x, axes, series, fromZero = false, pick = null }) {
@@ -77,7 +77,7 @@ export class Chart {
         facets: [{ scale: "x", auto: true }, { scale: `y${each.axis ?? 0}`, auto: true }],
         stroke: () => colour(each.colour),
         fill: () => colour(each.colour),
-        width: 2,
+        width: each.width ?? 2,
         dash: each.dashed ? [5, 4] : undefined,
         paths: each.points ? pointPath : linePath,
         points: { show: false },

@@ -131,6 +131,7 @@ class Page {
     const { stale, views } = this;
     if (stale.curve) views.drawCurve(this.swept);
     else if (stale.run) views.drawOperatingPoint(this.swept);
+    views.drawBand(this.swept);
     if (stale.run) views.drawRun();
     if (stale.beat) views.drawBeat(this.contact);
     if (stale.run) this.read();

@@ -1,4 +1,5 @@
 /* What the page shows of the core: the run, a response curve, the motion over a beat. */
+import { Band } from "page/band";
 import { isCut, line } from "page/branches";
 import { Chart } from "page/chart";
 
@@ -20,6 +21,10 @@ export class Views {
     this.show(0);
     const { axes } = this;
     const figure = (id) => document.getElementById(id);
+    figure("band").hidden = !content.samples;
+    this.band = content.samples && new Band(core, content.samples, modes.length);
+    const ofBand = (mode, axis) =>
+      (this.band ? [0, 1] : []).map(() => ({ axis, colour: `mode-${mode}`, width: 1 }));
     this.amplitudes = new Chart(figure("amplitudes"), {
       x: "time [s]",
       axes,
@@ -33,6 +38,7 @@ export class Views {
         { axis, colour: `mode-${mode}` },
         { axis, colour: `mode-${mode}`, dashed: true },
         { axis, colour: `mode-${mode}`, points: true },
+        ...ofBand(mode, axis),
       ]),
       fromZero: true,
       pick,
@@ -98,6 +104,7 @@ export class Views {
     const points = this.core.curve(swept, least, most, modes.length);
     const { per } = this.content.frequency;
     this.lines = modes.map((_, mode) => [1, 0].map((stable) => line(points, mode, stable, [per, this.shown.per[mode]])));
+    if (this.band) this.band.begin(swept, [least, most]);
     const span = [least, most];
     if (modes.length === 2) { // the curve stays on its side of the other frequency
       const names = [modes[swept], modes[1 - swept]].map((mode) => `frequency_${mode}`);
@@ -109,12 +116,21 @@ export class Views {
     this.drawOperatingPoint(swept);
   }
 
+  /** Computes a part of the band; draws it when it is complete. */
+  drawBand(swept) {
+    if (this.band && this.band.advance()) this.drawOperatingPoint(swept);
+  }
+
   /** Draws the response curve with the present amplitudes on it. */
   drawOperatingPoint(swept) {
     const { modes, frequency } = this.content;
     const names = [`frequency_${modes[swept]}`, ...modes.map((mode) => `${mode}_abs`)];
     const [now, ...sizes] = this.history.latest(names, 1);
     const at = [now[0] / frequency.per];
-    this.curve.draw(modes.flatMap((_, mode) => [...this.lines[mode], [at, [sizes[mode][0] / this.shown.per[mode]]]]));
+    this.curve.draw(modes.flatMap((_, mode) => [
+      ...this.lines[mode],
+      [at, [sizes[mode][0] / this.shown.per[mode]]],
+      ...(this.band ? this.band.lines(mode, [frequency.per, this.shown.per[mode]]) : []),
+    ]));
   }
 }

@@ -23,6 +23,7 @@ from slipmode.runner.plan.plan import Kind, ModesPlan, Plan
 from slipmode.runner.recording import channels
 from slipmode.runner.recording.record import Recorder
 from slipmode.runner.scene.scene import Window
+from slipmode.runner.transients.band import SampleBand
 from slipmode.runner.transients.motion import (
     FastMotion,
     OutputColumns,
@@ -230,6 +231,7 @@ class ComponentPass(Pass[Excited]):
         super().__init__(plan, destination)
         self._component, self._energy_rows = component, energy
         self._columns = OutputColumns.of(component.output_names, plan.excited)
+        self._band: SampleBand | None = None
 
     def _first_row(self) -> Floats:
         component = self._component
@@ -245,4 +247,5 @@ class ComponentPass(Pass[Excited]):
     def _record(self, rows: Floats) -> None:
         amplitude, first = self._columns.amplitudes(rows), self._recorded
         energy = self._energy_rows(rows[:, self._columns.power], amplitude, first)
-        record_points(self._plan, self._recorder, first, amplitude.view(float), energy)
+        slow = first, amplitude.view(float), energy
+        record_points(self._plan, self._recorder, *slow, self._band)

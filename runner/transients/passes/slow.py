@@ -27,6 +27,7 @@ from slipmode.runner.plan.plan import ModesPlan
 from slipmode.runner.plan.transients import SETTLED
 from slipmode.runner.recording import channels
 from slipmode.runner.scene.scene import Window
+from slipmode.runner.transients.band import SampleBand
 from slipmode.runner.transients.energy import SlowBalance
 from slipmode.runner.transients.errors import FrictionErrors, TransientErrors
 from slipmode.runner.transients.full_order import FullOrder, SlowPart, Stretch
@@ -60,6 +61,7 @@ class SlowPass(ComponentPass):
         energy = SlowBalance(plan, model).rows
         super().__init__(plan, destination, component or plan.component(model), energy)
         self._model = model
+        self._band = None if model.samples is None else SampleBand(plan, model)
         self._error = TransientErrors(plan, model, self._columns)
         self._friction = FrictionErrors(plan, model, self._columns)
         self._allowed = plan.scene.model.transient_error

@@ -222,6 +222,27 @@ def test_the_slow_flow_about_it_is_the_loaded_structure():
     assert rom.steady(model, Omega, (force,))[0] == pytest.approx(reference, rel=2e-3)
 
 
+def test_unloading_leaves_the_tractions_of_the_largest_force():
+    """Slip at 30 N takes the block to 7 mm; 25 of the 50 N of unloading are the contact's."""
+    block = rom.Structure(np.eye(2), 1e4 * np.eye(2), contact=np.eye(2))
+    law = rom.FrictionalContact(0.3, 100.0, tangential_stiffness=1e4, normal_stiffness=1e4)
+    loaded = rom.preload(block, law, {0: 50.0})
+    unloaded = rom.preload(block, law, {0: 50.0}, history=[{0: 20.0}, {0: 100.0}])
+    np.testing.assert_allclose([loaded.contact_force[0], loaded.displacement[0]], [25.0, 2.5e-3])
+    np.testing.assert_allclose(
+        [unloaded.contact_force[0], unloaded.displacement[0]], [5.0, 4.5e-3]
+    )
+    assert unloaded.law.tangential_preload == pytest.approx((5.0,))
+    with pytest.raises(rom.SlipmodeError, match=r"^history: all contacts must be rom\.Frictional"):
+        mixed = rom.Contacts([(law, (0, 1)), (rom.Jenkins(1.0, 2.0), (2,))])
+        rom.preload(
+            rom.Structure(np.eye(3), np.eye(3), contact=np.eye(3)),
+            mixed,
+            {1: 1.0},
+            history=[{0: 1.0}],
+        )
+
+
 # Refusals
 
 

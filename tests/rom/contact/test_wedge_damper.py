@@ -100,6 +100,16 @@ def test_a_steady_state_follows_from_the_load_history_alone():
     np.testing.assert_allclose(after.P[-1], alone.P[0], atol=1e-4 * np.abs(alone.P[0]).max())
 
 
+def test_a_steady_state_of_another_load_history_is_announced():
+    """At 46.5 Hz under 80 N the balance does not converge, and forces begin suddenly."""
+    rest, reduced = loaded()
+    with pytest.warns(rom.ValidityWarning, match="load history of forces that begin suddenly"):
+        found = rom.steady_state(
+            reduced, rest.law, [2 * np.pi * 46.5], ({2: 80.0},), tolerance=1e-2
+        )
+    assert found.method == "integration"
+
+
 def test_one_table_serves_every_static_force():
     """Without a preload or a gap before the force, it is a factor of all forces of the law."""
     law, half = loaded()[0].law, loaded(0.5 * STATIC)[0].law

@@ -1,5 +1,6 @@
 """Models of identified laws: rates, sensor units, range, and what they leave out."""
 
+import dataclasses
 import re
 
 import numpy as np
@@ -45,6 +46,34 @@ def test_a_component_measures_what_the_sensor_measured(two_modes):
         moving.do_step(k * step, step)
     measured = np.interp(step, made.record.times, made.record.signal[0])
     assert (x[2] - x[0]) / (2.0 * step) == pytest.approx(measured, abs=5e-3)  # noise 1e-3
+
+
+def test_samples_have_the_intervals_and_travel_with_the_model(two_modes, tmp_path):
+    laws = two_modes.samples(400)
+    for k, name in enumerate(two_modes.law.form.names):
+        if name in two_modes.interval:
+            low, high = two_modes.interval[name]
+            ends = np.percentile([law.values[k] for law in laws], [2.5, 97.5])
+            np.testing.assert_allclose(ends, [low, high], atol=0.12 * (high - low))
+    model = two_modes.model(samples=3)
+    model.save(tmp_path / "model.npz")
+    loaded = rom.Model.load(tmp_path / "model.npz")
+    assert loaded.hash == model.hash != two_modes.model().hash
+    direct = dataclasses.replace(two_modes, law=laws[1]).model()
+    moved = []
+    for each in (fmu.Component(loaded, sample=2), fmu.Component(direct)):
+        each.set_inputs(frequency_A=769.0, frequency_B=1529.0)
+        each.reset(amplitude=0.9 * model.table.amplitude_range)
+        each.do_step(0.0, 1.0)
+        moved.append([complex(*list(each.outputs().values())[k : k + 2]) for k in (1, 3)])
+    np.testing.assert_allclose(moved[0], moved[1], rtol=1e-3)  # of the table; measured 2e-4
+    with pytest.raises(rom.SlipmodeError, match=r"sample = 4: must be 0 to 3"):
+        fmu.Component(loaded, sample=4)
+    with pytest.raises(rom.SlipmodeError, match=r"sample = 1: must be 0, .* has no samples"):
+        fmu.Component(direct, sample=1)
+    few = rom.identify(measurement(decays(1, 2)), bands=BANDS, law="power", cross=False)
+    with pytest.raises(rom.SlipmodeError, match=r"samples: need a finite deviation of each"):
+        few.samples(3)
 
 
 @pytest.mark.parametrize(

@@ -8,9 +8,8 @@ from beside_oracle import amplitudes, run
 from scipy.integrate import solve_ivp
 
 from slipmode import rom
-from slipmode.rom.contact.detuning import MOST_DETUNING
+from slipmode.rom.contact.detuning import MOST_DETUNING, coupling_factor
 from slipmode.rom.reduction.force_response import AppliedForces
-from slipmode.rom.reduction.reduced import coupling_factor
 
 pytestmark = pytest.mark.quick
 

@@ -105,7 +105,7 @@ def test_curves_of_other_parameters_and_modes_are_other_files(tmp_path, capsys):
     (tmp_path / "precious").write_text("precious")
     for ending in ("csv", "png", "rrd"):
         (tmp_path / f"one-mode.curve.force.{ending}").symlink_to(tmp_path / "precious")
-    force = ["--vary", "force", "--span", "0.5", "1"]
+    force = ["--vary", "force", "--span", "0.5", "1", "--log"]
     said = []
     for command in (["curve"], ["curve", *force], ["backbone", "--mode", "A"]):
         assert main([*command, "one-mode", "-o", str(tmp_path)]) == 0

@@ -5,10 +5,10 @@ import tomllib
 
 import numpy as np
 import pytest
-from measured.decays import TRUE, decay, decays, power_law_amplitude, times
+from measured.decays import TRUE, decay, decays, measurement, power_law_amplitude, times
 from measured.sine_tests import Oscillator, response_controlled
 
-from slipmode import runner
+from slipmode import rom, runner
 from slipmode.__main__ import main
 
 pytest.importorskip("matplotlib")
@@ -61,6 +61,7 @@ def test_the_report_has_law_intervals_and_records(done):
     assert use == ["fitted", "held", "fitted", "fitted", "held"]
     assert "2 held out: mean error" in text and "modal mass at velocity: 2, 0.5 kg" in text
     assert "law: power" in text and "not identified: none" in text
+    assert "40 samples of the parameters in the model" in text
     rows = (line.split() for line in text.splitlines() if " to " in line)
     values = {row[0]: [float(row[k]) for k in (1, 2, 4)] for row in rows if "_" in row[0]}
     value, low, high = values["delta_0_A"]
@@ -105,6 +106,28 @@ def test_the_scene_and_the_fmu_decay_as_the_law(kind, done, tmp_path):
         velocity = size * 2.0 / np.sqrt(mass) * own[1]  # at the sensor, 2 omega phi |a|
         exact = np.abs(power_law_amplitude(time, velocity[0], *own))
         np.testing.assert_allclose(velocity, exact, atol=0.01 * velocity[0])
+
+
+@pytest.mark.oracle
+@pytest.mark.slow
+def test_the_band_of_runs_contains_the_true_decay(tmp_path):
+    """The band of 90 % of the samples; in 60 cases it contained 93 to 98 % of the truth."""
+    inside, band = [], [(100.0, 140.0)]
+    for seed in range(20):
+        data = measurement(decays(seed, 5, modes=TRUE[:1], noise=1e-2))
+        found = rom.identify(data, bands=band, law="power")
+        found.model(samples=40).save(tmp_path / "model.npz")
+        per_unit = abs(found.sensor_factors()[0])
+        start = f"A = [{0.9 * found.range[0, 1] / per_unit}, 0.0]"
+        scene = (
+            f'[model]\nfile = "model.npz"\n[initial]\n{start}\n[run]\nduration = 2.0\nstep = 0.1'
+        )
+        run = runner.run(runner.parse_scene(scene, tmp_path), tmp_path)
+        modes = run.read().channels["/modes"]
+        size, low, high = (per_unit * modes.column(f"A_abs{x}") for x in ("", "_5", "_95"))
+        exact = np.abs(power_law_amplitude(modes.time, size[0], *TRUE[0]))
+        inside.append(((low <= exact) & (exact <= high))[1:])
+    assert np.mean(inside) > 0.85
 
 
 def signals(case):

@@ -194,10 +194,11 @@ size_t EXPORT(browser_beat)(browser *b, size_t per_cycle, size_t most, double *r
 static void set_span(const fmu_instance *instance, int mode, double from, double to,
                      sm_inputs ends[2]) {
     const double *allowed = instance->model->constants->carrier_range;
-    const double natural = instance->flow.natural[mode], least = 1e-6; /* between frequencies */
+    const double middle = instance->model->constants->middle[mode];
+    const double least = 1e-6; /* between frequencies */
     const sm_inputs now = fmu_inputs_now(instance);
-    from = fmax(from, allowed[0] * natural);
-    to = fmin(to, allowed[1] * natural);
+    from = fmax(from, allowed[0] * middle);
+    to = fmin(to, allowed[1] * middle);
     if (instance->model->modes == SM_MODES) {
         const double other = now.frequency[1 - mode];
         if (now.frequency[mode] < other)

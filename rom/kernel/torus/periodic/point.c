@@ -13,23 +13,14 @@
 #define NOT_REQUESTED 32.0
 #define NOT_REQUESTED_MOST 3e-3
 
-/* Computes the residual of a point: the larger of the change of its harmonics since the previous
- * evaluation, relative to the motion due to the modes, and of the change of the response, relative
- * to the largest force (elastic contacts: displacement) of the modes. */
-void sm_search_residual(const sm_search *s, size_t p) {
+/* Returns the largest change of the harmonics of a point since the previous evaluation, relative to
+ * the motion due to the modes. */
+static double harmonics_change(const sm_search *s, const sm_search_point *point) {
     const sm_march *m = s->march;
-    sm_search_point *point = &s->point[p];
     const sm_discretisation *grid = m->task->grid;
     const size_t requested = 2 * m->requested * (size_t)m->contact->contacts;
     const double least = grid->tolerance / NOT_REQUESTED_MOST;
     const double others = fmin(fmax(1.0 / NOT_REQUESTED, least), 1.0);
-    double change = 0.0;
-    if (m->contact->response) {
-        sm_respond(m->contact, point->Y, point->change);
-        for (size_t k = 0; k < s->harmonics; k++) point->change[k] -= sm_search_unknowns(s, p)[k];
-        for (size_t k = 0; k < s->harmonics; k += 2)
-            change = fmax(change, hypot(point->change[k], point->change[k + 1]));
-    }
     sm_scales scales = point->scales;
     for (size_t k = 0; k < s->harmonics && m->contact->law == SM_ELASTIC; k++)
         scales.motion = fmax(scales.motion, fabs(point->Y[k])); /* slip beyond elastic motion */
@@ -39,7 +30,30 @@ void sm_search_residual(const sm_search *s, size_t p) {
         const double relative = fabs(point->Y[k] - point->last_Y[k]) / sm_scale_of(&scales, order);
         largest = fmax(largest, k < requested ? relative : others * relative);
     }
-    point->residual = fmax(change / fmax(scales.response, SM_TINY), largest);
+    return largest;
+}
+
+/* Computes the residual of a point: the change of the response, relative to the largest force
+ * (elastic contacts: displacement) of the modes, or that of the memory, if it is larger. Where the
+ * memory is no unknown, the change of the harmonics stands for it: after a jump of the unknowns,
+ * that change says nothing about the motion. */
+void sm_search_residual(const sm_search *s, size_t p) {
+    sm_march *m = s->march;
+    sm_search_point *point = &s->point[p];
+    double change = 0.0;
+    if (m->contact->response) {
+        sm_respond(m->contact, point->Y, point->change);
+        for (size_t k = 0; k < s->harmonics; k++) point->change[k] -= sm_search_unknowns(s, p)[k];
+        for (size_t k = 0; k < s->harmonics; k += 2)
+            change = fmax(change, hypot(point->change[k], point->change[k + 1]));
+    }
+    if (m->memory > 0) m->law->exchange_memory(m, point->change + s->harmonics, 0);
+    for (size_t k = s->harmonics; k < s->unknowns; k++) {
+        point->change[k] -= sm_search_unknowns(s, p)[k];
+        change = fmax(change, fabs(point->change[k]));
+    }
+    point->residual = change / fmax(point->scales.response, SM_TINY);
+    if (m->memory == 0) point->residual = fmax(point->residual, harmonics_change(s, point));
 }
 
 void sm_search_store(const sm_search *s, size_t p) {
@@ -82,8 +96,6 @@ int sm_search_next(const sm_search *s, size_t p, int first) {
         sm_search_store(s, p);
     }
     if (repeats || first) return first;
-    if (m->memory > 0) m->law->exchange_memory(m, change + s->harmonics, 0);
-    for (size_t k = s->harmonics; k < s->unknowns; k++) change[k] -= unknown[k];
     const int decreases = sm_fixed_point_next(&point->fixed_point, point->residual, change,
                                               unknown);
     if (m->memory > 0) m->law->exchange_memory(m, unknown + s->harmonics, 1);
