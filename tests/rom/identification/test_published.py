@@ -117,7 +117,7 @@ def test_levels_that_were_left_out_are_predicted_within_their_bands(tests):
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore")
 def test_decays_of_a_panel_predict_another_one_and_the_peaks_of_responses():
-    """Of both modes from 0.09 s on, without their harmonics; record 1 is left out."""
+    """From 0.09 s on, without harmonics of the modes; `identify` excludes record 1."""
     signals = scipy.io.loadmat(PANEL)["xData3DOFs"][:, 1]
     records = [rom.Record(str(i), signal, 1e4) for i, signal in enumerate(signals)]
     data = rom.Measurement(records, "displacement", "m", ("1", "2", "3"))
@@ -125,7 +125,7 @@ def test_decays_of_a_panel_predict_another_one_and_the_peaks_of_responses():
     found = rom.identify(data, bands=bands, law="power", hold_out=["3"])
     assert found.predict("3").error < 0.04  # 3.4 %
     assert 1.5 < found.parameters["p_A"] < 2.0  # 1.7: a^2 by the arch, and friction
-    # Peaks |x| of the first decay at which responses to forces have their largest motion
+    # where the first decay moves as much as the largest responses to forces
     decay, x = found.predict("0"), np.abs(signals[0][2])
     start = next(record.start for record in found.records if record.name == "0")
     for frequency, size in scipy.io.loadmat(ORBITS)["comsolPOs"]:
