@@ -14,7 +14,7 @@ import scipy
 from slipmode.rom import SlipmodeError
 from slipmode.rom.common import Complexes, Flags, Floats, frozen
 from slipmode.rom.identification.decay_flow import Decays, as_columns
-from slipmode.rom.identification.slow_laws import LawForm, SlowLaw
+from slipmode.rom.identification.slow_laws import WIDTH, LawForm, SlowLaw
 
 # Step of forward differences in the scale of each parameter. Derivatives have errors of about
 # the same size, which change the path to the optimum but not the optimum itself.
@@ -119,9 +119,10 @@ def fit(decays: Decays, form: LawForm, values: Floats, start: Complexes) -> Fit:
     now = _normal(decays, form, values, start, scale)
     if not np.isfinite(now.cost).all():  # an amplitude grows without limit: constant rates
         values = values.copy()
-        for k in range(0, 6 * form.modes, 6):
+        for k in range(0, WIDTH * form.modes, WIDTH):
             values[k : k + 2] += [1.0, -1.0] * values[k + 2 : k + 4]
             values[k + 2 : k + 4] = 0.0
+        values = form.limited(values)
         now = _normal(decays, form, values, start, scale)
     if not np.isfinite(now.cost).all():
         raise SlipmodeError("law: decays by the initial guess are not finite; check the bands")
@@ -159,7 +160,7 @@ def fit(decays: Decays, form: LawForm, values: Floats, start: Complexes) -> Fit:
 def _scale(decays: Decays, form: LawForm) -> Floats:
     """Return changes of the free parameters that change a phase by about a radian in a record."""
     rate = 1.0 / (decays.steps * decays.step)
-    own = [rate, rate, rate, rate, 1.0, 1.0]
+    own = [rate, rate, rate, rate, 1.0, 1.0, 1.0]
     a = decays.reference
     scale = own * form.modes
     if form.modes == 2:

@@ -217,19 +217,21 @@ def identify(
         if not used:
             raise nothing_usable(prepared)
         look, guess, decays = first_guess(used, plan)
-        broken, doubtful = outliers(used, look, decays)
+        broken, doubtful, without_macro_slip = outliers(used, look, decays)
         if not broken:
             break
         for name, reason in broken.items():
             prepared[name] = prepared[name].excluded(reason)
     for name, note in doubtful.items():
         prepared[name] = replace(prepared[name], notes=(*prepared[name].notes, note))
+    if law == "auto" and without_macro_slip:
+        forms = [form for form in forms if form.kind != "macro-slip"]
     considered, decays = with_coupling(determined(forms, look), decays)
-    chosen, errors = select(decays, considered, guess)
+    chosen, errors = select(decays, considered, guess, look)
     closest, deviations = closest_fit(decays, look, plan.bands, chosen, errors)
     found = [closest]
     for form in as_good(closest.law.form, errors):
-        found += fit_in_turn(decays, [form], chosen)
+        found += fit_in_turn(decays, [form], chosen, look)
     source = Source(data, plan, look, decays)
     return _identification(source, prepared, held, found, deviations, errors)
 

@@ -17,7 +17,7 @@ from slipmode.rom.identification.initial_amplitudes import first_window, initial
 from slipmode.rom.identification.prediction import normalised_error
 from slipmode.rom.identification.records.measurement import Bands, Prepared
 from slipmode.rom.identification.records.preparation import Plan
-from slipmode.rom.identification.slow_laws import CONSTANT_FORCE, LawForm, SlowLaw
+from slipmode.rom.identification.slow_laws import CONSTANT_FORCE, LawForm, LawName, SlowLaw
 
 # Distance from 1:2, relative to the fastest rate of slow time, up to which laws with a quadratic
 # coupling are tried. There the coupling drives B at a third of the amplitude at resonance, and to
@@ -33,6 +33,8 @@ RESOLVED = 1e-4
 # to the median of the records or the noise; and the latter from which it is mentioned. Of the
 # records of the double beam none is above 1.6 times the median.
 POOR, OUTLYING, DOUBTFUL = 0.05, 4.0, 2.0
+# Error of a record's own fit, relative to the noise, up to which no other law is tried.
+DESCRIBED = 1.2
 
 
 def first_guess(used: Sequence[Prepared], plan: Plan) -> tuple[FirstLook, SlowLaw, Decays]:
@@ -96,13 +98,16 @@ def determined(forms: Sequence[LawForm], look: FirstLook) -> list[LawForm]:
 
 def outliers(
     used: Sequence[Prepared], look: FirstLook, decays: Decays
-) -> tuple[dict[str, str], dict[str, str]]:
+) -> tuple[dict[str, str], dict[str, str], bool]:
     """Return records that no decay fits, by name with the reason, and those that look doubtful.
 
-    Each record is fitted alone, so that a broken one does not spoil the others.
+    Each record is fitted alone, so that a broken one does not spoil the others. Also return
+    whether laws without macro-slip describe all records.
     """
-    power, coulomb = (LawForm(len(look.carrier), law, False) for law in ("power", "coulomb"))
-    errors, noise = {}, {}
+    modes = len(look.carrier)
+    laws: tuple[LawName, ...] = ("power", "coulomb", "jenkins", "segalman")
+    forms = [LawForm(modes, law, False) for law in (laws if modes == 1 else laws[:2])]
+    errors, noise, without_macro_slip = {}, {}, True
     for i, each in enumerate(used):
         rates = look.rates[each.name]
         if min(len(of_mode.times) for of_mode in rates) < 2:
@@ -110,11 +115,12 @@ def outliers(
         guess = replace(look, rates={each.name: rates}).guess()
         noise[each.name] = each.noise / np.sqrt(np.mean(decays.records[i].signal ** 2))
         errors[each.name] = np.inf
-        for form in (power, coulomb):
-            if errors[each.name] <= DOUBTFUL * max(noise[each.name], RESOLVED):
-                break  # a power law describes it
+        for form in forms:
+            if errors[each.name] <= DESCRIBED * max(noise[each.name], RESOLVED):
+                break  # the law before describes it
+            without_macro_slip &= form.kind != "macro-slip"
             try:
-                (found,) = fit_in_turn(decays.only([i]), [form], guess)
+                (found,) = fit_in_turn(decays.only([i]), [form], guess, look)
             except SlipmodeError:
                 continue
             errors[each.name] = min(errors[each.name], float(np.sqrt(found.normal.cost.sum())))
@@ -130,10 +136,12 @@ def outliers(
                 broken[name] = f"no decay fits it: {line}"
             else:
                 doubtful[name] = f"{line}; check it for disturbances"
-    return broken, doubtful
+    return broken, doubtful, without_macro_slip
 
 
-def fit_in_turn(decays: Decays, forms: Sequence[LawForm], guess: SlowLaw) -> list[Fit]:
+def fit_in_turn(
+    decays: Decays, forms: Sequence[LawForm], guess: SlowLaw, look: FirstLook
+) -> list[Fit]:
     """Return the fits of laws, each from the guess or the fit of a power law before it."""
     window = first_window(decays.carrier)
     start = np.array(
@@ -142,11 +150,23 @@ def fit_in_turn(decays: Decays, forms: Sequence[LawForm], guess: SlowLaw) -> lis
     made: list[Fit] = []
     values = guess.values
     for form in forms:
-        found = fit(decays, form, form.without_others(values), start)
+        found = fit(decays, form, _of_form(replace(guess, values=values), form, look).values, start)
         made.append(found)
         if form.law in ("power", "quadratic"):
             values, start = found.law.values, found.start
     return made
+
+
+def _of_form(guess: SlowLaw, form: LawForm, look: FirstLook) -> SlowLaw:
+    """Return a guess with the terms of a law.
+
+    Laws with and without macro-slip have no terms in common: the first look replaces the guess.
+    """
+    if form.kind == "macro-slip" and form != guess.form:
+        return look.macro_slip_guess(form)
+    if form.kind != "macro-slip" and guess.form.kind == "macro-slip":
+        guess = look.guess()
+    return replace(guess, form=form, values=form.without_others(guess.values))
 
 
 def prediction_error(decays: Decays, law: SlowLaw) -> float:
@@ -165,7 +185,7 @@ def prediction_error(decays: Decays, law: SlowLaw) -> float:
 
 
 def select(
-    decays: Decays, forms: Sequence[LawForm], guess: SlowLaw
+    decays: Decays, forms: Sequence[LawForm], guess: SlowLaw, look: FirstLook
 ) -> tuple[SlowLaw, dict[LawForm, float]]:
     """Return the law that predicts the loudest third of the records, and the errors of all laws.
 
@@ -173,7 +193,7 @@ def select(
     part of each is left out. A single law is returned as it was guessed.
     """
     if len(forms) == 1:
-        return replace(guess, form=forms[0]), {}
+        return _of_form(guess, forms[0], look), {}
     loudness = [float(np.abs(record.signal).max()) for record in decays.records]
     order = np.argsort(loudness).tolist()
     kept = len(order) - -(-len(order) // SHARE)
@@ -181,7 +201,7 @@ def select(
         quiet, loud = decays.only(order[:kept]), decays.only(order[kept:])
     else:
         quiet, loud = quiet_parts(decays), decays
-    laws = [found.law for found in fit_in_turn(quiet, forms, guess)]
+    laws = [found.law for found in fit_in_turn(quiet, forms, guess, look)]
     errors = {law.form: max(prediction_error(loud, law), RESOLVED) for law in laws}
     chosen = laws[0]
     for law in laws[1:]:
@@ -202,7 +222,7 @@ def closest_fit(
     others = [form for form in others if form != chosen.form and form.law != "quadratic"]
     made = []
     for form in (chosen.form, *others):
-        found = fit_in_turn(decays, [form], chosen)[0]
+        found = fit_in_turn(decays, [form], chosen, look)[0]
         made.append((found, systematic_deviations(found, decays, look, bands)))
         if not made[-1][1]:
             break

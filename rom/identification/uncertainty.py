@@ -23,7 +23,7 @@ from slipmode.rom.identification.fit import (
     jackknife_variance,
 )
 from slipmode.rom.identification.initial_amplitudes import first_window, initial_amplitudes
-from slipmode.rom.identification.slow_laws import LawForm, SlowLaw
+from slipmode.rom.identification.slow_laws import WIDTH, LawForm, SlowLaw
 
 # Of each record, of equal duration. Of 60 structures of test_jointed_structures.py, 90 % have all
 # true parameters in their intervals with 8 parts, 95 % with 10, 85 % with 12.
@@ -214,13 +214,14 @@ def uncertainty(
     if records >= LEAST_RECORDS:
         parts = PartRates.of(decays, found.law, floor)
         scatter = Uncertainty(laws, parts.misfit)
-        variance = scatter.variance(lambda law: law.values)[free]
+        alike = [each for each in laws if each[0].form.kind == form.kind]
+        variance = replace(scatter, laws=alike).variance(lambda law: law.values)[free]
         variance = variance + parts.parameter_variance(found)
         added = np.zeros(len(free))
         for each in deviations:
             scatter.misfit[:, each.mode] += each.variance
-            own = slice(6 * each.mode, 6 * each.mode + 6)
-            added[own] = [*each.variance, np.inf, np.inf, np.inf, np.inf]
+            own = slice(WIDTH * each.mode, WIDTH * (each.mode + 1))
+            added[own] = [*each.variance, *(WIDTH - 2) * [np.inf]]
         variance = variance + added[free]
         deviation = np.where(singular, np.inf, np.sqrt(variance))
         half = interval_half_width(deviation, records)
