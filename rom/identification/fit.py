@@ -79,9 +79,9 @@ class Fit:
         for matrix, own in zip(self.normal.matrix, self.normal.right, strict=True):
             relative = (total - matrix) / np.multiply.outer(size, size)
             step = np.linalg.lstsq(relative, (right - own) / size, rcond=SINGULAR)[0] / size
-            values = self.law.values.copy()
-            values[self.law.form.free] += step * self.scale
-            laws.append(replace(self.law, values=self.law.form.tied(values)))
+            form = self.law.form
+            values = _moved(self.law.values, form, step * self.scale)
+            laws.append(replace(self.law, values=form.tied(values)))
         return laws
 
     def singular(self) -> Flags:
@@ -131,14 +131,18 @@ def fit(decays: Decays, form: LawForm, values: Floats, start: Complexes) -> Fit:
         diagonal = np.einsum("ikk->ik", now.matrix)
         damped = now.matrix + damping * diagonal[:, :, np.newaxis] * np.eye(diagonal.shape[1])
         reduced = Normal(damped, now.right, now.cost).eliminated(initial)
-        step = np.linalg.lstsq(reduced.matrix.sum(axis=0), reduced.right.sum(axis=0), rcond=1e-14)[
-            0
-        ]
+        matrix, right = reduced.matrix.sum(axis=0), reduced.right.sum(axis=0)
+        step = np.linalg.lstsq(matrix, right, rcond=1e-14)[0]
+        limited = form.limited(_moved(values, form, step * scale))
+        allowed = (limited - values)[form.free] / scale
+        if np.any(inside := np.isclose(step, allowed)) and not np.all(inside):
+            # The others move to where they belong beside parameters at their limits.
+            right = (right - matrix[:, ~inside] @ allowed[~inside])[inside]
+            step = allowed
+            step[inside] = np.linalg.lstsq(matrix[inside][:, inside], right, rcond=1e-14)[0]
         rest = now.right[:, :initial] - damped[:, :initial, initial:] @ step
         moves = np.linalg.solve(damped[:, :initial, :initial], rest[..., np.newaxis])[..., 0]
-        new_values = values.copy()
-        new_values[form.free] += step * scale
-        new_values = form.limited(new_values)
+        new_values = form.limited(_moved(values, form, step * scale))
         new_start = start + np.ascontiguousarray(moves).view(complex).T * _initial_sizes(
             decays, start
         )
@@ -155,6 +159,12 @@ def fit(decays: Decays, form: LawForm, values: Floats, start: Complexes) -> Fit:
                 break
     law = SlowLaw(form, form.tied(values), decays.reference)
     return Fit(law, start, scale, now.eliminated(initial))
+
+
+def _moved(values: Floats, form: LawForm, change: Floats) -> Floats:
+    moved = values.copy()
+    moved[form.free] += change
+    return moved
 
 
 def _scale(decays: Decays, form: LawForm) -> Floats:

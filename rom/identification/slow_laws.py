@@ -29,7 +29,11 @@ import scipy
 
 from slipmode.rom import SlipmodeError
 from slipmode.rom.common import Complexes, Flags, Floats, frozen, in_one_line
-from slipmode.rom.identification.macro_slip import NO_MACRO_SLIP, macro_slip_rates
+from slipmode.rom.identification.macro_slip import (
+    NO_MACRO_SLIP,
+    macro_slip_rates,
+    slip_amplitude,
+)
 
 LawName = Literal["linear", "coulomb", "jenkins", "iwan", "power", "segalman", "quadratic"]
 
@@ -234,6 +238,13 @@ class SlowLaw:
         own = parts(self.values, self.form.modes)[0]
         shift: Floats = masing_ratio(own[4]) * own[2]
         return shift
+
+    @property
+    def slip_amplitude(self) -> float:
+        """Amplitude above which the joint slips completely, infinite without such a term."""
+        if self.form.kind != "macro-slip":
+            return np.inf
+        return float(slip_amplitude(self.values, self.reference[0]))
 
     @property
     def coupling(self) -> Complexes:
