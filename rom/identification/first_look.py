@@ -232,7 +232,7 @@ class FirstLook:
         one, nothing = np.ones_like(weight), np.zeros_like(weight)
         right = np.concatenate([weight * look.delta, weight * look.omega])
         ends = 0.5 * look.amplitude.min(), look.amplitude.max()
-        shapes = [(p, J) for p in (0.3, 0.6, 1.2) for J in (0.1, 0.4, 0.95)]
+        shapes = [(p, J) for p in (0.3, 0.45, 0.6, 0.8, 1.1) for J in (0.1, 0.2, 0.35, 0.6, 0.95)]
         best, values = np.inf, np.zeros(WIDTH)
         for slip in np.geomspace(*ends, SLIP_AMPLITUDES):
             for p, J in shapes if form.law == "segalman" else [(1.0, 1.0)]:

@@ -229,7 +229,7 @@ def identify(
         if not used:
             raise nothing_usable(prepared)
         look, guess, decays = first_guess(used, plan)
-        broken, doubtful, without_macro_slip = outliers(used, look, decays)
+        broken, doubtful, without_macro_slip = outliers(used, look, decays, forms)
         if not broken:
             break
         for name, reason in broken.items():

@@ -97,7 +97,7 @@ def determined(forms: Sequence[LawForm], look: FirstLook) -> list[LawForm]:
 
 
 def outliers(
-    used: Sequence[Prepared], look: FirstLook, decays: Decays
+    used: Sequence[Prepared], look: FirstLook, decays: Decays, allowed: Sequence[LawForm]
 ) -> tuple[dict[str, str], dict[str, str], bool]:
     """Return records that no decay fits, by name with the reason, and those that look doubtful.
 
@@ -107,6 +107,8 @@ def outliers(
     modes = len(look.carrier)
     laws: tuple[LawName, ...] = ("power", "coulomb", "jenkins", "segalman")
     forms = [LawForm(modes, law, False) for law in (laws if modes == 1 else laws[:2])]
+    if len(allowed) == 1 and allowed[0] in forms:
+        forms = sorted(forms, key=lambda form: form != allowed[0])  # it comes first
     errors, noise, without_macro_slip = {}, {}, True
     for i, each in enumerate(used):
         rates = look.rates[each.name]

@@ -32,6 +32,11 @@ PARTS = 10
 # fastest rate.
 STEP_ERROR = STEP**4 / 120.0
 
+# Standard deviation of the parameters of a joint with macro-slip, relative to their value, by
+# averaging over a cycle in which the amplitude falls: this times the damping ratio
+# (test_macro_slip.py).
+AVERAGING = 0.15
+
 
 @frozen
 class Uncertainty:
@@ -217,6 +222,11 @@ def uncertainty(
         alike = [each for each in laws if each[0].form.kind == form.kind]
         variance = replace(scatter, laws=alike).variance(lambda law: law.values)[free]
         variance = variance + parts.parameter_variance(found)
+        if form.kind == "macro-slip":
+            a = np.geomspace(floor[0], np.abs(found.start).max(), 100)
+            ratio = (found.law.damping_rates(a) / found.law.frequencies(a)).max()
+            of_joint = np.array([name[0] in "ghpJ" for name in names])
+            variance += (of_joint * AVERAGING * ratio * found.law.values[free]) ** 2
         added = np.zeros(len(free))
         for each in deviations:
             scatter.misfit[:, each.mode] += each.variance
