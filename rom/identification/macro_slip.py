@@ -33,6 +33,8 @@ def joint_stiffness(c: Floats, p: Floats, J: Floats) -> tuple[Complexes, Floats]
     """
     c_1 = np.minimum(c, 1.0)
     N_1 = describing_function(c_1[..., np.newaxis], np.ones(1), np.ones_like(c_1))[0]
+    if np.all(J == 1.0):
+        return N_1, np.asarray(c >= 1.0, float)
     slipping = np.minimum(c**-p, 1.0)
     half = p + 1.5
     spring = N_1.real - 8.0 / np.pi * c_1**-p * scipy.special.beta(half, 1.5) * (

@@ -41,18 +41,55 @@ def oscillators(starts, ratio, limit, delta_0, p=1.0, J=1.0, duration=1.2, every
 
 def inside(law, seeds, noise=0.01, records=4, **shape):
     """In how many of drawn decays the force of macro-slip and the ratio are in their intervals."""
-    draws = [np.random.default_rng(seed) for seed in range(seeds)]
+    draws = [np.random.default_rng(seed) for seed in seeds]
     ratio = np.array([rng.uniform(0.85, 0.96) for rng in draws])
     phi = np.array([rng.uniform(0.1, 0.2) for rng in draws])
     delta_0 = np.array([OMEGA * rng.uniform(0.002, 0.004) for rng in draws])
     sizes = np.concatenate([rng.uniform(0.6, 1.4, records) for rng in draws])
     limit = (1.0 - ratio) * OMEGA**2 * phi
     each = (np.repeat(x, records) for x in (ratio, limit, delta_0))
-    signals = oscillators(sizes, *each, **shape).reshape(seeds, records, -1)
+    signals = oscillators(sizes, *each, **shape).reshape(len(seeds), records, -1)
     hits = []
     for rng, own, *true in zip(draws, signals, 1e-3 * limit, ratio, strict=True):
         noisy = own + noise * rng.standard_normal(own.shape)
         found = rom.identify(measurement(noisy, RATE, "mm"), bands=BANDS, law=law)
         ends = [found.interval[name] for name in ("limit_A", "ratio_A")]
         hits.append([low < x < high for x, (low, high) in zip(true, ends, strict=True)])
-    return np.sum(hits, axis=0)
+    return np.array(hits)
+
+
+def turning_rates(x):
+    """Amplitudes before and after half a cycle, its rates: decrement and frequency; (4, n)."""
+    at = np.flatnonzero(np.diff(np.sign(np.diff(x)))) + 1
+    before, middle, after = (x[at + k] for k in (-1, 0, 1))
+    move = 0.5 * (before - after) / (before - 2.0 * middle + after)
+    t, peak = at + move, middle - 0.25 * (before - after) * move
+    size = 0.5 * np.abs(np.diff(peak))  # a slider in stick shifts the middle
+    half = 0.5 * (t[2:] - t[:-2])
+    return np.array([size[:-1], size[1:], np.log(size[:-1] / size[1:]) / half, np.pi / half])
+
+
+CASES = {"jenkins": {}, "segalman": {"p": 0.6, "J": 1.0 / 3.0}}
+
+
+@pytest.mark.parametrize("law", CASES)
+def test_a_decay_from_complete_slip_into_stick_is_one_law(law):
+    """Rates and frequencies within 2 % of those between turning points, F_S within 1 %."""
+    ratio, limit, delta_0 = 0.9, 1500.0, 0.003 * OMEGA
+    every = (np.full(4, each) for each in (ratio, limit, delta_0))
+    x = oscillators([0.7, 0.9, 1.1, 1.4], *every, **CASES[law], every=4)
+    noise = 1e-3 * np.random.default_rng(0).standard_normal((4, x[:, ::10].shape[1]))
+    found = rom.identify(measurement(x[:, ::10] + noise, RATE, "mm"), bands=BANDS)
+    assert found.law.form.law == law and not found.deviations and not found.unidentified
+    assert found.parameters["limit_A"] == pytest.approx(1e-3 * limit, rel=0.01)
+    assert found.parameters["ratio_A"] == pytest.approx(ratio, rel=0.002)
+    assert found.range[0, 0] < 0.2 * found.law.slip_amplitude < 0.2 * found.range[0, 1]
+    before, after, delta, omega = turning_rates(x[3])
+    omega, delta = (each * RATE * 10.0 for each in (omega, delta))
+    seen = after > 0.03
+    # The amplitude passes each part of half a cycle in a time ~ 1 / delta.
+    sizes = np.geomspace(before[seen], after[seen], 21)
+    times = 1.0 / found.law.damping_rates(sizes)[0]
+    average = (found.law.frequencies(sizes)[0] * times).mean(axis=0) / times.mean(axis=0)
+    assert 1.0 / times.mean(axis=0) == pytest.approx(delta[seen], rel=0.02)
+    assert average == pytest.approx(omega[seen], rel=0.02)
