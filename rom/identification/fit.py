@@ -170,7 +170,7 @@ def _moved(values: Floats, form: LawForm, change: Floats) -> Floats:
 def _scale(decays: Decays, form: LawForm) -> Floats:
     """Return changes of the free parameters that change a phase by about a radian in a record."""
     rate = 1.0 / (decays.steps * decays.step)
-    own = [rate, rate, rate, rate, 1.0, 1.0, 1.0]
+    own = [rate, rate, rate, rate, 1.0, 1.0, 1.0, 1.0]
     a = decays.reference
     scale = own * form.modes
     if form.modes == 2:

@@ -16,6 +16,7 @@ from slipmode.rom.identification.first_look import FirstLook
 from slipmode.rom.identification.fit import Fit
 from slipmode.rom.identification.models.identified import IdentifiedLaw
 from slipmode.rom.identification.models.joint import joint_parameters
+from slipmode.rom.identification.models.sensor_units import derivative
 from slipmode.rom.identification.prediction import Prediction, predict
 from slipmode.rom.identification.records.measurement import (
     Measurement,
@@ -228,7 +229,7 @@ def identify(
         used = [p for p in prepared.values() if p.part is not None and p.name not in held]
         if not used:
             raise nothing_usable(prepared)
-        look, guess, decays = first_guess(used, plan)
+        look, guess, decays = first_guess(used, plan, derivative(data.unit))
         broken, doubtful, without_macro_slip = outliers(used, look, decays, forms)
         if not broken:
             break

@@ -9,9 +9,10 @@ function is left at the amplitude s, and the share T of the sliders sticks. Then
     omega^2 = omega_0^2 - D (1 - Re N),    omega_T^2 = omega_0^2 - D (1 - T),
     delta = (delta_0 + D Im N / (2 omega)) omega^2 / omega_T^2.
 
-The second line is the balance of energy between turning points. There a slider that slips has the
+for a sensor of displacement. The last line is the balance of energy between turning points. There a slider that slips has the
 same elastic energy at each amplitude, so that the stored energy changes by omega_T^2 s ds. Without
 the factor omega^2 / omega_T^2 the rate is 1 - (omega_T / omega)^2 too small (test_macro_slip.py).
+The amplitude of the k-th derivative is omega^k s.
 """
 
 from __future__ import annotations
@@ -25,25 +26,26 @@ from slipmode.rom.identification.contacts.describing_function import describing_
 NO_MACRO_SLIP = -1.0  # J of laws without macro-slip
 
 
-def joint_stiffness(c: Floats, p: Floats, J: Floats) -> tuple[Complexes, Floats]:
-    """Return the shares N of the describing function and T of sliders that stick, (...).
+def joint_stiffness(c: Floats, p: Floats, J: Floats) -> tuple[Complexes, Floats, Floats]:
+    """Return the share N of the describing function, d Re N / d log s, and the share T, (...).
 
-    `c` is phi_max / s. The integrals of the describing function of Jenkins elements over their
-    density are incomplete beta functions.
+    `c` is phi_max / s, T the share of the sliders that stick. The integrals of the describing
+    function of Jenkins elements over their density are incomplete beta functions.
     """
     c_1 = np.minimum(c, 1.0)
-    N_1 = describing_function(c_1[..., np.newaxis], np.ones(1), np.ones_like(c_1))[0]
+    N_1, slope_1 = describing_function(c_1[..., np.newaxis], np.ones(1), np.ones_like(c_1))
     if np.all(J == 1.0):
-        return N_1, np.asarray(c >= 1.0, float)
+        return N_1, slope_1.real, np.asarray(c >= 1.0, float)
     slipping = np.minimum(c**-p, 1.0)
     half = p + 1.5
-    spring = N_1.real - 8.0 / np.pi * c_1**-p * scipy.special.beta(half, 1.5) * (
-        scipy.special.betainc(half, 1.5, c_1)
-    )
+    beta = scipy.special.beta(half, 1.5) * scipy.special.betainc(half, 1.5, c_1)
+    softer = 8.0 / np.pi * c_1**-p * beta
     loss = 4.0 * p / np.pi * (c_1 / (p + 1.0) - c_1**2 / (p + 2.0))
-    N = J * N_1 + (1.0 - J) * (1.0 - slipping + slipping * (spring + 1j * loss))
+    of_sliders = 1.0 - slipping + slipping * (N_1.real - softer + 1j * loss)
+    N = J * N_1 + (1.0 - J) * of_sliders
+    slope = J * slope_1.real - (1.0 - J) * p * slipping * softer
     T = J * (c >= 1.0) + (1.0 - J) * (1.0 - slipping)
-    return N, T
+    return N, slope, T
 
 
 def limit_share(p: Floats, J: Floats) -> Floats:
@@ -53,24 +55,32 @@ def limit_share(p: Floats, J: Floats) -> Floats:
 
 
 def slip_amplitude(own: Floats, reference: Floats) -> Floats:
-    """Return phi_max, the amplitude of macro-slip [sensor unit].
+    """Return phi_max, the amplitude of macro-slip [sensor unit] at the frequency in stick.
 
-    F_S per mass is pi g R (omega_0 - h) / 2: far beyond macro-slip friction adds g R / s.
+    F_S per mass is pi g R (omega_0 - h)^(1 - k) / 2 for the k-th derivative of the displacement:
+    far beyond macro-slip friction adds g R / s.
     """
-    omega_0, g, h, p, J = own[[1, 2, 3, 4, 6]]
-    stiffness = h * (2.0 * omega_0 - h)
-    force = 0.5 * np.pi * g * reference * (omega_0 - h)
+    omega_0, g, h, p, J, k = own[[1, 2, 3, 4, 6, 7]]
+    stiffness, slip = h * (2.0 * omega_0 - h), omega_0 - h
+    force = 0.5 * np.pi * g * reference * slip * (omega_0 / slip) ** k
     made: Floats = force / (stiffness * limit_share(p, J))
     return made
 
 
 def macro_slip_rates(own: Floats, size: Floats, reference: Floats) -> Complexes:
     """Return -delta + i omega at amplitudes `size` [sensor unit], see `complex_rates`."""
-    delta_0, omega_0, _, h, p, _, J = own
-    N, T = joint_stiffness(slip_amplitude(own, reference) / size, p, J)
+    delta_0, omega_0, _, h, p, _, J, k = own
     stiffness = h * (2.0 * omega_0 - h)
+    phi = slip_amplitude(own, reference)
+    if np.any(k):  # Newton's step to the displacement, times omega_0^k
+        N, slope, _ = joint_stiffness(phi / size, p, J)
+        square = omega_0**2 - stiffness * (1.0 - N.real)
+        shift = 0.5 * k * np.log(omega_0**2 / square)
+        size = size * np.exp(shift / (1.0 + 0.5 * k * stiffness * slope / square))
+    N, slope, T = joint_stiffness(phi / size, p, J)
     square = omega_0**2 - stiffness * (1.0 - N.real)
     omega = np.sqrt(square)
     energy = omega_0**2 - stiffness * (1.0 - T)
-    rates: Complexes = 1j * omega - (delta_0 + 0.5 * stiffness * N.imag / omega) * square / energy
+    delta = (delta_0 + 0.5 * stiffness * N.imag / omega) * square / energy
+    rates: Complexes = 1j * omega - delta * (1.0 + 0.5 * k * stiffness * slope / square)
     return rates

@@ -42,9 +42,11 @@ DESCRIBED = 1.2
 AVERAGING_ERROR = 0.01
 
 
-def first_guess(used: Sequence[Prepared], plan: Plan) -> tuple[FirstLook, SlowLaw, Decays]:
+def first_guess(
+    used: Sequence[Prepared], plan: Plan, derivative: int
+) -> tuple[FirstLook, SlowLaw, Decays]:
     """Return the first look at records, the law that it shows, and the records for fits."""
-    look = FirstLook.of(used, plan.bands, plan.modes)
+    look = FirstLook.of(used, plan.bands, plan.modes, derivative)
     for j, (low, high) in enumerate(plan.bands):
         if len(look.pooled(j).times) < 2:
             raise SlipmodeError(

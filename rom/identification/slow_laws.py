@@ -37,7 +37,7 @@ from slipmode.rom.identification.macro_slip import (
 
 LawName = Literal["linear", "coulomb", "jenkins", "iwan", "power", "segalman", "quadratic"]
 
-PER_MODE: Final = ("delta_0", "omega_0", "g", "h", "p", "kappa", "J")
+PER_MODE: Final = ("delta_0", "omega_0", "g", "h", "p", "kappa", "J", "k")
 WIDTH = len(PER_MODE)
 COUPLING: Final = ("Re q_1", "Im q_1", "Re q_2", "Im q_2")
 LAWS: Final = get_args(LawName)
@@ -78,7 +78,7 @@ class LawForm:
         shift = self.law not in ("linear", "coulomb", "iwan")
         exponent = self.law not in ("linear", "coulomb", "jenkins")
         own = [True, True, nonlinear, shift, exponent, nonlinear and self.cross]
-        own.append(self.law == "segalman")
+        own += [self.law == "segalman", False]
         coupling = [self.law == "quadratic"] * 4 if self.modes == 2 else []
         return np.array(own * self.modes + coupling)
 
@@ -99,6 +99,7 @@ class LawForm:
             made[k + 4] = p
             if self.kind == "macro-slip":
                 made[k + 6] = values[k + 6] if self.law == "segalman" else 1.0
+                made[k + 7] = values[k + 7]
                 continue
             made[k + 6] = NO_MACRO_SLIP
             if (self.law == "coulomb") != (p == CONSTANT_FORCE):
@@ -175,7 +176,7 @@ def masing_ratio(p: Floats) -> Floats:
 
 
 def parts(values: Floats, modes: int) -> tuple[Floats, Complexes]:
-    """Return parameters of each mode (7, modes, ...), and q_1, q_2 (2, ...).
+    """Return parameters of each mode (8, modes, ...), and q_1, q_2 (2, ...).
 
     `values` (parameters, ...) are in the order of `LawForm.names`.
     """
@@ -189,11 +190,11 @@ def complex_rates(
 ) -> Complexes:
     """Return -delta + i omega, (modes, ...).
 
-    `own` (7, modes, ...) are the parameters of each mode, `square` (modes, ...) the squares of
+    `own` (8, modes, ...) are the parameters of each mode, `square` (modes, ...) the squares of
     the amplitudes, `reference` (modes, 1, ...) the reference amplitudes. A constant friction force
     damps at the rate `fastest` [1/s] at most: it acts like linear damping on smaller amplitudes.
     """
-    delta_0, omega_0, g, h, p, kappa, J = own
+    delta_0, omega_0, g, h, p, kappa, J, _ = own
     s2 = square + kappa * square[::-1] if len(square) == 2 else square
     relative = np.maximum(s2 / reference**2, np.finfo(float).tiny)
     power = np.exp(0.5 * p * np.log(relative))

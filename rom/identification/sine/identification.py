@@ -318,7 +318,7 @@ def _law_of(levels: Sequence[SineLevel], form: LawForm, shift: bool) -> SlowLaw:
         p = float(scipy.optimize.minimize_scalar(unlikelihood, bounds=ends, method="bounded").x)
     (delta_0, moved), (g, slope) = fitted(p)[0]
     omega_0, h = (mean + moved, -slope) if shift else (mean, 0.0)
-    values = np.array([delta_0, omega_0, g, h, p, 0.0, NO_MACRO_SLIP])
+    values = np.array([delta_0, omega_0, g, h, p, 0.0, NO_MACRO_SLIP, 0.0])
     return SlowLaw(form, values, np.array([a.max()]))
 
 
