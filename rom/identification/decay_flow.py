@@ -49,7 +49,8 @@ def integrate(
         z and step z', where a_j = z_j e^{i carrier_j t}. Not finite where amplitudes overflow.
     """
     own, (q1, q2) = parts(values[:, :, np.newaxis], len(start))
-    shape, frame = (each[:, np.newaxis, np.newaxis] for each in (reference, 1j * carrier))
+    shape = reference[:, np.newaxis, np.newaxis]
+    frame = 1j * carrier[:, np.newaxis, np.newaxis]
     coupled = bool(np.any(q1) or np.any(q2))
     detuning = carrier[1] - 2.0 * carrier[0] if len(start) == 2 else 0.0
 

@@ -2,17 +2,17 @@
 
 The joint is one Jenkins element, or Segalman's four-parameter Iwan law: sliders that slip at
 displacements phi with a density ~ phi^(p - 1) up to phi_max, and one with the share J of the
-stiffness that slips at phi_max: J = 1 for one element, beta / (1 + beta) for Segalman's law. Of the
-stiffness D = omega_0^2 - (omega_0 - h)^2 of the joint per mass, the share N of the describing
-function is left at the amplitude s, and the share T of the sliders sticks. Then
+stiffness that slips at phi_max. J is 1 for one element, beta / (1 + beta) for Segalman's law. Of
+the stiffness D = omega_0^2 - (omega_0 - h)^2 of the joint per mass, the share N of the describing
+function is left at the amplitude s of the displacement, and the share T of the sliders sticks:
 
     omega^2 = omega_0^2 - D (1 - Re N),    omega_T^2 = omega_0^2 - D (1 - T),
     delta = (delta_0 + D Im N / (2 omega)) omega^2 / omega_T^2.
 
-for a sensor of displacement. The last line is the balance of energy between turning points. There a slider that slips has the
+The last line is the balance of energy between turning points. There a slider that slips has the
 same elastic energy at each amplitude, so that the stored energy changes by omega_T^2 s ds. Without
-the factor omega^2 / omega_T^2 the rate is 1 - (omega_T / omega)^2 too small (test_macro_slip.py).
-The amplitude of the k-th derivative is omega^k s.
+the factor omega^2 / omega_T^2 the rate would be too small by 1 - (omega_T / omega)^2.
+A sensor of the k-th derivative of the displacement has the amplitude omega^k s.
 """
 
 from __future__ import annotations

@@ -160,7 +160,8 @@ def fit_in_turn(
     made: list[Fit] = []
     values = guess.values
     for form in forms:
-        found = fit(decays, form, _of_form(replace(guess, values=values), form, look).values, start)
+        initial = _of_form(replace(guess, values=values), form, look)
+        found = fit(decays, form, initial.values, start)
         made.append(found)
         if form.law in ("power", "quadratic"):
             values, start = found.law.values, found.start
@@ -248,7 +249,9 @@ def as_good(chosen: LawForm, errors: dict[LawForm, float]) -> list[LawForm]:
     return [
         form
         for form, error in errors.items()
-        if form != chosen and form.law not in ("linear", "segalman") and BETTER * error <= errors[chosen]
+        if form != chosen
+        and form.law not in ("linear", "segalman")
+        and BETTER * error <= errors[chosen]
     ]
 
 

@@ -154,7 +154,9 @@ def allowed_forms(law: str, cross: Any, modes: int) -> list[LawForm]:
         raise SlipmodeError("cross: a linear law has no cross effects")
     found = []
     for name in LAWS if law == "auto" else [law]:
-        if name == "quadratic" and modes == 1 or name in ("jenkins", "segalman") and modes == 2:
+        if modes == 1 and name == "quadratic":
+            continue
+        if modes == 2 and name in ("jenkins", "segalman"):
             continue
         for crossed in (False, True):
             allowed = cross == "auto" or cross is crossed or name == "linear"

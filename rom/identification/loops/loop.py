@@ -80,8 +80,8 @@ class Strokes:
         cycles = path / (2.0 * np.ptp(x)) if ends else 0.0
         if strokes.cycles < 1 or cycles < FEWEST_CYCLES - SHORTER:
             raise SlipmodeError(
-                f"loops: {loop.name} must have at least {FEWEST_CYCLES} cycles, of which the first "
-                f"one settles the contacts, got {cycles:.2g}"
+                f"loops: {loop.name} must have at least {FEWEST_CYCLES} cycles, of which the "
+                f"first one settles the contacts, got {cycles:.2g}"
             )
         if strokes.work() <= 0.0:
             raise SlipmodeError(

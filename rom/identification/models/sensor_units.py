@@ -31,8 +31,9 @@ def sensor_unit(unit: str) -> tuple[str, float]:
 def derivative(unit: str) -> int:
     """Return the number of time derivatives of the displacement, 0 for other units."""
     found = parse_unit(unit)
-    known = found is not None and found.quantity in QUANTITIES
-    return QUANTITIES.index(found.quantity) if found and known else 0
+    if found is None or found.quantity not in QUANTITIES:
+        return 0
+    return QUANTITIES.index(found.quantity)
 
 
 def shape_at_sensor(modes: int, modal_mass: Any, mode_shape: Any) -> Floats:

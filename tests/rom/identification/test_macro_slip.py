@@ -1,4 +1,4 @@
-"""Decays from complete slip into stick, by time integration of sliders: laws, F_S, stiffness ratio."""
+"""Decays from complete slip into stick, by time integration: laws, F_S and stiffness ratios."""
 
 import numpy as np
 import pytest
@@ -93,3 +93,33 @@ def test_a_decay_from_complete_slip_into_stick_is_one_law(law):
     average = (found.law.frequencies(sizes)[0] * times).mean(axis=0) / times.mean(axis=0)
     assert 1.0 / times.mean(axis=0) == pytest.approx(delta[seen], rel=0.02)
     assert average == pytest.approx(omega[seen], rel=0.02)
+    with pytest.raises(rom.SlipmodeError, match="beyond the largest measured amplitude"):
+        found.backbone(amplitude=[2.0])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("law", CASES)
+def test_intervals_contain_the_force_of_macro_slip_and_the_stiffness_ratio(law):
+    """Nominal 95 %, noise of 1 % of a loud record, seeds 0 to 19."""
+    assert inside(law, range(20), **CASES[law]).sum(axis=0).min() >= 18
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("k", "unit"), [(1, "mm/s"), (2, "mm/s^2")])
+def test_sensors_of_velocity_and_acceleration_see_the_same_joint(k, unit):
+    """F_S within 0.4 and 0.9 %: the last half cycle before stick has the largest harmonics."""
+    every = (np.full(4, each) for each in (0.9, 1500.0, 0.003 * OMEGA))
+    x = oscillators([0.7, 0.9, 1.1, 1.4], *every, every=1)
+    for _ in range(k):
+        x = np.gradient(x, STEP, axis=1)
+    x = x[:, 8::40]
+    x += 1e-3 * np.abs(x).max() * np.random.default_rng(0).standard_normal(x.shape)
+    found = rom.identify(measurement(x, RATE, unit), bands=BANDS, law="jenkins")
+    assert found.parameters["limit_A"] == pytest.approx(1.5, rel=0.015)
+    assert found.parameters["ratio_A"] == pytest.approx(0.9, rel=0.002)
+    assert not found.deviations
+
+
+def test_macro_slip_is_of_one_mode():
+    with pytest.raises(rom.SlipmodeError, match="law = jenkins is a law of one mode"):
+        rom.identify(measurement(np.zeros((1, 9))), bands=[(1, 2), (3, 4)], law="jenkins")
