@@ -83,7 +83,7 @@ def test_a_decay_from_complete_slip_into_stick_is_one_law(law):
     assert found.law.form.law == law and not found.deviations and not found.unidentified
     assert found.parameters["limit_A"] == pytest.approx(1e-3 * limit, rel=0.01)
     assert found.parameters["ratio_A"] == pytest.approx(ratio, rel=0.002)
-    assert found.range[0, 0] < 0.2 * found.law.slip_amplitude < 0.2 * found.range[0, 1]
+    assert found.range[0, 0] < found.law.slip_amplitude < found.range[0, 1]
     before, after, delta, omega = turning_rates(x[3])
     omega, delta = (each * RATE * 10.0 for each in (omega, delta))
     seen = after > 0.03
@@ -107,7 +107,7 @@ def test_intervals_contain_the_force_of_macro_slip_and_the_stiffness_ratio(law):
 @pytest.mark.slow
 @pytest.mark.parametrize(("k", "unit"), [(1, "mm/s"), (2, "mm/s^2")])
 def test_sensors_of_velocity_and_acceleration_see_the_same_joint(k, unit):
-    """F_S within 0.4 and 0.9 %: the last half cycle before stick has the largest harmonics."""
+    """F_S is 0.4 and 0.9 % too small."""
     every = (np.full(4, each) for each in (0.9, 1500.0, 0.003 * OMEGA))
     x = oscillators([0.7, 0.9, 1.1, 1.4], *every, every=1)
     for _ in range(k):
@@ -118,8 +118,3 @@ def test_sensors_of_velocity_and_acceleration_see_the_same_joint(k, unit):
     assert found.parameters["limit_A"] == pytest.approx(1.5, rel=0.015)
     assert found.parameters["ratio_A"] == pytest.approx(0.9, rel=0.002)
     assert not found.deviations
-
-
-def test_macro_slip_is_of_one_mode():
-    with pytest.raises(rom.SlipmodeError, match="law = jenkins is a law of one mode"):
-        rom.identify(measurement(np.zeros((1, 9))), bands=[(1, 2), (3, 4)], law="jenkins")
