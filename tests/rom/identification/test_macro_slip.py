@@ -76,7 +76,7 @@ CASES = {"jenkins": {}, "segalman": {"p": 0.6, "J": 1.0 / 3.0}}
 def test_a_decay_from_complete_slip_into_stick_is_one_law(law):
     """Rates and frequencies within 2 % of those between turning points, F_S within 1 %.
 
-    At the onset of one element the rate is steep: its last half cycles are within 3.3 %.
+    At the onset of one element the rate is steep: its last three half cycles are within 3.3 %.
     """
     ratio, limit, delta_0 = 0.9, 1500.0, 0.003 * OMEGA
     every = (np.full(4, each) for each in (ratio, limit, delta_0))
@@ -95,7 +95,7 @@ def test_a_decay_from_complete_slip_into_stick_is_one_law(law):
     times = 1.0 / found.law.damping_rates(sizes)[0]
     average = (found.law.frequencies(sizes)[0] * times).mean(axis=0) / times.mean(axis=0)
     error = np.abs(1.0 / (times.mean(axis=0) * delta[seen]) - 1.0)
-    onset = np.abs(np.log(before[seen] / found.law.slip_amplitude)) < 0.05
+    onset = np.abs(np.log(before[seen] / found.law.slip_amplitude)) < 0.06
     assert error[~onset].max() < 0.02 and error[onset].max() < 0.04
     assert average == pytest.approx(omega[seen], rel=0.02)
     with pytest.raises(rom.SlipmodeError, match="beyond the largest measured amplitude"):
