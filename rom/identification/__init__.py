@@ -4,7 +4,6 @@ identification.py      identify(): what the other files are called by. Start her
 records/               measurements: reading, defects, the usable part of each record
 first_look.py          Gaussian demodulation: frequency and damping against amplitude
 slow_laws.py           laws: linear, power law, cross effects, quadratic coupling
-macro_slip.py          laws of a joint that slips completely: Jenkins, Segalman
 decay_flow.py          decays by a law, and the sensor signals of these
 fit.py                 the fit to the raw signals; scatter between records
 uncertainty.py         intervals: scatter, laws that predict as well, misfit of the law

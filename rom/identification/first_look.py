@@ -8,7 +8,11 @@ import numpy as np
 import scipy
 
 from slipmode.rom.common import Complexes, Floats, as_floats, frozen
-from slipmode.rom.identification.macro_slip import NO_MACRO_SLIP, joint_stiffness, limit_share
+from slipmode.rom.identification.models.macro_slip import (
+    NO_MACRO_SLIP,
+    joint_stiffness,
+    limit_share,
+)
 from slipmode.rom.identification.records.measurement import Bands, Prepared
 from slipmode.rom.identification.slow_laws import WIDTH, LawForm, SlowLaw
 

@@ -11,7 +11,7 @@ where R_j is a reference amplitude: g and h are what friction adds at that ampli
 
 A constant friction force takes an equal part of the amplitude in each cycle, p = -1.
 
-Laws of a joint that slips completely at large amplitudes are in `macro_slip.py`: there friction
+Laws of a joint that slips completely at large amplitudes are in `models/macro_slip.py`: there friction
 adds g R_j / s_j to the damping rate, and the frequency tends to omega_0 - h.
 
 Sliders of Iwan's distribution ~ phi^chi follow this law below macro-slip, with p = chi + 1. Then
@@ -29,7 +29,7 @@ import scipy
 
 from slipmode.rom import SlipmodeError
 from slipmode.rom.common import Complexes, Flags, Floats, frozen, in_one_line
-from slipmode.rom.identification.macro_slip import (
+from slipmode.rom.identification.models.macro_slip import (
     NO_MACRO_SLIP,
     macro_slip_rates,
     slip_amplitude,

@@ -12,8 +12,8 @@ import scipy
 from slipmode.rom import SlipmodeError
 from slipmode.rom.common import Floats, frozen, in_one_line, short_list
 from slipmode.rom.identification.fit import interval_half_width, jackknife_variance
-from slipmode.rom.identification.macro_slip import NO_MACRO_SLIP
 from slipmode.rom.identification.models.identified import IdentifiedLaw
+from slipmode.rom.identification.models.macro_slip import NO_MACRO_SLIP
 from slipmode.rom.identification.sine.levels import (
     SineLevel,
     check_level,
