@@ -11,8 +11,8 @@ where R_j is a reference amplitude: g and h are what friction adds at that ampli
 
 A constant friction force takes an equal part of the amplitude in each cycle, p = -1.
 
-Laws of a joint that slips completely at large amplitudes are in `models/macro_slip.py`: there friction
-adds g R_j / s_j to the damping rate, and the frequency tends to omega_0 - h.
+Laws of a joint that slips completely at large amplitudes are in `models/macro_slip.py`: friction
+then adds g R_j / s_j to the damping rate, and the frequency tends to omega_0 - h.
 
 Sliders of Iwan's distribution ~ phi^chi follow this law below macro-slip, with p = chi + 1. Then
 Masing's rule ties h to g (see `masing_ratio`); other terms soften or stiffen elastically.
