@@ -49,14 +49,13 @@ def integrate(
         z and step z', where a_j = z_j e^{i carrier_j t}. Not finite where amplitudes overflow.
     """
     own, (q1, q2) = parts(values[:, :, np.newaxis], len(start))
-    own = own.copy()
-    own[1] -= carrier[:, np.newaxis, np.newaxis]
     shape = reference[:, np.newaxis, np.newaxis]
+    frame = 1j * carrier[:, np.newaxis, np.newaxis]
     coupled = bool(np.any(q1) or np.any(q2))
     detuning = carrier[1] - 2.0 * carrier[0] if len(start) == 2 else 0.0
 
     def slope(z: Complexes, t: float) -> Complexes:
-        found = z * complex_rates(own, z.real**2 + z.imag**2, shape, STOP / step)
+        found = z * (complex_rates(own, z.real**2 + z.imag**2, shape, STOP / step) - frame)
         if coupled:
             turn = np.exp(1j * detuning * t)
             found[0] += q1 * turn * z[0].conj() * z[1]

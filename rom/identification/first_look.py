@@ -8,11 +8,17 @@ import numpy as np
 import scipy
 
 from slipmode.rom.common import Complexes, Floats, as_floats, frozen
+from slipmode.rom.identification.models.macro_slip import (
+    NO_MACRO_SLIP,
+    joint_stiffness,
+    limit_share,
+)
 from slipmode.rom.identification.records.measurement import Bands, Prepared
-from slipmode.rom.identification.slow_laws import LawForm, SlowLaw
+from slipmode.rom.identification.slow_laws import WIDTH, LawForm, SlowLaw
 
 # Standard deviations of the filter in time that are cut at both ends, and half a window.
 EDGE = 4.0
+SLIP_AMPLITUDES = 24  # that are tried for the guess of a law with macro-slip
 SEEN = 10.0  # amplitude relative to its noise from which rates are read, and a decay identified
 
 
@@ -145,6 +151,8 @@ class FirstLook:
         By name of the record, `LocalRates` of each mode.
     reference : (modes,) ndarray
         Largest amplitude in the windows [sensor unit].
+    derivative : int
+        Number of time derivatives of the displacement that the sensor measures.
     """
 
     carrier: Floats
@@ -152,9 +160,12 @@ class FirstLook:
     shapes: Complexes
     rates: dict[str, list[LocalRates]]
     reference: Floats
+    derivative: int
 
     @classmethod
-    def of(cls, prepared: Sequence[Prepared], bands: Bands, modes: Floats) -> FirstLook:
+    def of(
+        cls, prepared: Sequence[Prepared], bands: Bands, modes: Floats, derivative: int
+    ) -> FirstLook:
         """Return the first look at usable parts; `modes` (modes,) are frequencies [Hz]."""
         carrier = 2.0 * np.pi * modes
         records = [each.part for each in prepared if each.part is not None]
@@ -194,7 +205,7 @@ class FirstLook:
             )
             for j in range(len(bands))
         ]
-        return cls(carrier, channel, shapes, rates, np.array(largest))
+        return cls(carrier, channel, shapes, rates, np.array(largest), derivative)
 
     def pooled(self, mode: int) -> LocalRates:
         """Return the windows of all records."""
@@ -214,7 +225,37 @@ class FirstLook:
                 for y in (look.delta, look.omega)
             )
             (delta_0, g), (omega_0, h) = solved
-            values += [delta_0, omega_0, g, -h, p, 0.0]
+            values += [delta_0, omega_0, g, -h, p, 0.0, NO_MACRO_SLIP, 0.0]
         modes = len(self.reference)
         values += [0.0] * (4 if modes == 2 else 0)
         return SlowLaw(LawForm(modes, "power", False), np.array(values), self.reference)
+
+    def macro_slip_guess(self, form: LawForm) -> SlowLaw:
+        """Return the law of a joint with macro-slip that is nearest to the windows.
+
+        Amplitudes of macro-slip and shapes of the density are tried. For each of them the rates of
+        small damping are linear in delta_0, omega_0 and D / (2 omega_0).
+        """
+        look, (reference,), k = self.pooled(0), self.reference, self.derivative
+        size = look.amplitude * (look.omega.max() / look.omega) ** k
+        weight = look.amplitude / reference
+        one, nothing = np.ones_like(weight), np.zeros_like(weight)
+        right = np.concatenate([weight * look.delta, weight * look.omega])
+        ends = 0.5 * size.min(), size.max()
+        shapes = [(p, J) for p in (0.3, 0.45, 0.6, 0.8, 1.1) for J in (0.1, 0.2, 0.35, 0.6, 0.95)]
+        best, values = np.inf, np.zeros(WIDTH)
+        for slip in np.geomspace(*ends, SLIP_AMPLITUDES):
+            for p, J in shapes if form.law == "segalman" else [(1.0, 1.0)]:
+                N, *_ = joint_stiffness(slip / size, np.array(p), np.array(J))
+                basis = np.block([[one, nothing], [nothing, one], [N.imag, N.real - 1.0]])
+                basis *= np.tile(weight, 2)
+                found, *_ = np.linalg.lstsq(basis.T, right, rcond=None)
+                error = float(np.sum((found @ basis - right) ** 2))
+                delta_0, omega_0, shift = found.tolist()
+                if error < best and 0.0 < shift < 0.45 * omega_0:
+                    h = omega_0 - np.sqrt(omega_0**2 - 2.0 * omega_0 * shift)
+                    force = 2.0 * omega_0 * shift * slip * limit_share(np.array(p), np.array(J))
+                    g = force / (0.5 * np.pi * reference * (omega_0 - h))
+                    g *= ((omega_0 - h) / omega_0) ** k
+                    best, values = error, np.array([delta_0, omega_0, g, h, p, 0.0, J, k])
+        return SlowLaw(form, form.limited(values), self.reference)

@@ -14,7 +14,7 @@ import scipy
 from slipmode.rom import SlipmodeError
 from slipmode.rom.common import Complexes, Flags, Floats, frozen
 from slipmode.rom.identification.decay_flow import Decays, as_columns
-from slipmode.rom.identification.slow_laws import LawForm, SlowLaw
+from slipmode.rom.identification.slow_laws import WIDTH, LawForm, SlowLaw
 
 # Step of forward differences in the scale of each parameter. Derivatives have errors of about
 # the same size, which change the path to the optimum but not the optimum itself.
@@ -79,9 +79,9 @@ class Fit:
         for matrix, own in zip(self.normal.matrix, self.normal.right, strict=True):
             relative = (total - matrix) / np.multiply.outer(size, size)
             step = np.linalg.lstsq(relative, (right - own) / size, rcond=SINGULAR)[0] / size
-            values = self.law.values.copy()
-            values[self.law.form.free] += step * self.scale
-            laws.append(replace(self.law, values=self.law.form.tied(values)))
+            form = self.law.form
+            values = _moved(self.law.values, form, step * self.scale)
+            laws.append(replace(self.law, values=form.tied(values)))
         return laws
 
     def singular(self) -> Flags:
@@ -119,9 +119,10 @@ def fit(decays: Decays, form: LawForm, values: Floats, start: Complexes) -> Fit:
     now = _normal(decays, form, values, start, scale)
     if not np.isfinite(now.cost).all():  # an amplitude grows without limit: constant rates
         values = values.copy()
-        for k in range(0, 6 * form.modes, 6):
+        for k in range(0, WIDTH * form.modes, WIDTH):
             values[k : k + 2] += [1.0, -1.0] * values[k + 2 : k + 4]
             values[k + 2 : k + 4] = 0.0
+        values = form.limited(values)
         now = _normal(decays, form, values, start, scale)
     if not np.isfinite(now.cost).all():
         raise SlipmodeError("law: decays by the initial guess are not finite; check the bands")
@@ -130,14 +131,18 @@ def fit(decays: Decays, form: LawForm, values: Floats, start: Complexes) -> Fit:
         diagonal = np.einsum("ikk->ik", now.matrix)
         damped = now.matrix + damping * diagonal[:, :, np.newaxis] * np.eye(diagonal.shape[1])
         reduced = Normal(damped, now.right, now.cost).eliminated(initial)
-        step = np.linalg.lstsq(reduced.matrix.sum(axis=0), reduced.right.sum(axis=0), rcond=1e-14)[
-            0
-        ]
+        matrix, right = reduced.matrix.sum(axis=0), reduced.right.sum(axis=0)
+        step = np.linalg.lstsq(matrix, right, rcond=1e-14)[0]
+        limited = form.limited(_moved(values, form, step * scale))
+        allowed = (limited - values)[form.free] / scale
+        if np.any(inside := np.isclose(step, allowed)) and not np.all(inside):
+            # The others move to where they belong beside parameters at their limits.
+            right = (right - matrix[:, ~inside] @ allowed[~inside])[inside]
+            step = allowed
+            step[inside] = np.linalg.lstsq(matrix[inside][:, inside], right, rcond=1e-14)[0]
         rest = now.right[:, :initial] - damped[:, :initial, initial:] @ step
         moves = np.linalg.solve(damped[:, :initial, :initial], rest[..., np.newaxis])[..., 0]
-        new_values = values.copy()
-        new_values[form.free] += step * scale
-        new_values = form.limited(new_values)
+        new_values = form.limited(_moved(values, form, step * scale))
         new_start = start + np.ascontiguousarray(moves).view(complex).T * _initial_sizes(
             decays, start
         )
@@ -156,10 +161,16 @@ def fit(decays: Decays, form: LawForm, values: Floats, start: Complexes) -> Fit:
     return Fit(law, start, scale, now.eliminated(initial))
 
 
+def _moved(values: Floats, form: LawForm, change: Floats) -> Floats:
+    moved = values.copy()
+    moved[form.free] += change
+    return moved
+
+
 def _scale(decays: Decays, form: LawForm) -> Floats:
     """Return changes of the free parameters that change a phase by about a radian in a record."""
     rate = 1.0 / (decays.steps * decays.step)
-    own = [rate, rate, rate, rate, 1.0, 1.0]
+    own = [rate, rate, rate, rate, 1.0, 1.0, 1.0, 1.0]
     a = decays.reference
     scale = own * form.modes
     if form.modes == 2:

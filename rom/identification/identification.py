@@ -15,6 +15,8 @@ from slipmode.rom.identification.deviations import QUIET, Deviation
 from slipmode.rom.identification.first_look import FirstLook
 from slipmode.rom.identification.fit import Fit
 from slipmode.rom.identification.models.identified import IdentifiedLaw
+from slipmode.rom.identification.models.joint import joint_parameters
+from slipmode.rom.identification.models.sensor_units import derivative
 from slipmode.rom.identification.prediction import Prediction, predict
 from slipmode.rom.identification.records.measurement import (
     Measurement,
@@ -154,7 +156,8 @@ def identify(
         detected. Records with defects are excluded and named in `Identification.records`.
     bands : sequence of (float, float)
         Frequency band [Hz] of each of one or two modes. Each band contains one mode.
-    law : {"auto", "linear", "coulomb", "iwan", "power", "quadratic"}, default "auto"
+    law : {"auto", "linear", "coulomb", "jenkins", "iwan", "power", "segalman",
+        "quadratic"}, default "auto"
         Form of the law, see Notes. "auto" chooses the form that predicts the loudest records best
         after a fit to the others.
     cross : {"auto", True, False}, default "auto"
@@ -184,11 +187,19 @@ def identify(
 
     - "linear" has constant rates, g = h = 0.
     - "coulomb" has constant rates and a constant friction force: p = -1, h = 0.
+    - "jenkins" is one Jenkins element, for one mode: constant rates in stick. Beyond macro-slip
+      friction adds g R / s to the damping rate, and the frequency tends to omega_0 - h.
+    - "segalman" is Segalman's four-parameter Iwan law up to macro-slip and beyond, for one mode:
+      p = chi + 1, and J = beta / (1 + beta) is the share of the stiffness lost at macro-slip.
     - "iwan" is the power law of friction alone: h follows from g by Masing's rule.
     - "power" has free g, h and p.
     - "quadratic" adds q_A = q_1 conj(a) b and q_B = q_2 a^2, for two modes near 1:2. "auto" tries
       it if the frequency of B differs from twice the frequency of A by at most three times the
       fastest rate of change of the amplitudes.
+
+    "auto" tries "jenkins" and "segalman" if a record is not described by a constant friction force
+    or a power law. With them `parameters` has `limit_A`, the force of macro-slip per modal mass
+    [N/kg], and `ratio_A`, the stiffness of the mode in slip relative to stick [-].
 
     No law is claimed for a mode whose rates, in windows of the records, deviate from every allowed
     law by more than 5 % of the damping rate at several amplitudes: see
@@ -196,6 +207,8 @@ def identify(
 
     References
     ----------
+    Segalman, D. J., A four-parameter Iwan model for lap-type joints, J. Appl. Mech. 72 (2005).
+
     Cenedese, M., J. Axas, B. Baeuerlein, K. Avila, G. Haller, Data-driven modeling and prediction
     of non-linearizable dynamics via spectral submanifolds, Nat. Commun. 13, 872 (2022): the error
     norm.
@@ -216,20 +229,22 @@ def identify(
         used = [p for p in prepared.values() if p.part is not None and p.name not in held]
         if not used:
             raise nothing_usable(prepared)
-        look, guess, decays = first_guess(used, plan)
-        broken, doubtful = outliers(used, look, decays)
+        look, guess, decays = first_guess(used, plan, derivative(data.unit))
+        broken, doubtful, without_macro_slip = outliers(used, look, decays, forms)
         if not broken:
             break
         for name, reason in broken.items():
             prepared[name] = prepared[name].excluded(reason)
     for name, note in doubtful.items():
         prepared[name] = replace(prepared[name], notes=(*prepared[name].notes, note))
+    if law == "auto" and without_macro_slip:
+        forms = [form for form in forms if form.kind != "macro-slip"]
     considered, decays = with_coupling(determined(forms, look), decays)
-    chosen, errors = select(decays, considered, guess)
+    chosen, errors = select(decays, considered, guess, look)
     closest, deviations = closest_fit(decays, look, plan.bands, chosen, errors)
     found = [closest]
     for form in as_good(closest.law.form, errors):
-        found += fit_in_turn(decays, [form], chosen)
+        found += fit_in_turn(decays, [form], chosen, look)
     source = Source(data, plan, look, decays)
     return _identification(source, prepared, held, found, deviations, errors)
 
@@ -251,6 +266,13 @@ def _identification(
     heard = np.array([look.pooled(j).amplitude.min() for j in range(form.modes)])
     floor = np.maximum(heard, QUIET * largest)
     scatter, deviation, half, unidentified = uncertainty(fits, source.decays, floor, deviations)
+    if form.kind == "macro-slip":
+        for name, (origin, value, slope) in joint_parameters(found.law, data.unit).items():
+            k = names.index(origin)
+            values = np.append(values, value)
+            deviation, half = (np.append(x, abs(slope) * x[k]) for x in (deviation, half))
+            names.append(name)
+            unidentified += (name,) if origin in unidentified else ()
     made = Identification(
         law=found.law,
         parameters=dict(zip(names, values.tolist(), strict=True)),

@@ -11,6 +11,9 @@ where R_j is a reference amplitude: g and h are what friction adds at that ampli
 
 A constant friction force takes an equal part of the amplitude in each cycle, p = -1.
 
+Laws of a joint that slips completely at large amplitudes are in `models/macro_slip.py`: friction
+then adds g R_j / s_j to the damping rate, and the frequency tends to omega_0 - h.
+
 Sliders of Iwan's distribution ~ phi^chi follow this law below macro-slip, with p = chi + 1. Then
 Masing's rule ties h to g (see `masing_ratio`); other terms soften or stiffen elastically.
 """
@@ -26,10 +29,16 @@ import scipy
 
 from slipmode.rom import SlipmodeError
 from slipmode.rom.common import Complexes, Flags, Floats, frozen, in_one_line
+from slipmode.rom.identification.models.macro_slip import (
+    NO_MACRO_SLIP,
+    macro_slip_rates,
+    slip_amplitude,
+)
 
-LawName = Literal["linear", "coulomb", "iwan", "power", "quadratic"]
+LawName = Literal["linear", "coulomb", "jenkins", "iwan", "power", "segalman", "quadratic"]
 
-PER_MODE: Final = ("delta_0", "omega_0", "g", "h", "p", "kappa")
+PER_MODE: Final = ("delta_0", "omega_0", "g", "h", "p", "kappa", "J", "k")
+WIDTH = len(PER_MODE)
 COUPLING: Final = ("Re q_1", "Im q_1", "Re q_2", "Im q_2")
 LAWS: Final = get_args(LawName)
 CONSTANT_FORCE = -1.0  # exponent p of a constant friction force
@@ -43,9 +52,10 @@ class LawForm:
     ----------
     modes : int
         1 or 2.
-    law : {"linear", "coulomb", "iwan", "power", "quadratic"}
-        Constant rates; a constant friction force; damping and frequency by joints alone; frequency
-        that elastic terms shift too; also the quadratic coupling of two modes near a ratio of 1:2.
+    law : {"linear", "coulomb", "jenkins", "iwan", "power", "segalman", "quadratic"}
+        Constant rates; a constant friction force; one Jenkins element; damping and frequency by
+        joints alone; frequency that elastic terms shift too; a joint up to macro-slip and beyond;
+        a power law and the quadratic coupling of two modes near a ratio of 1:2.
     cross : bool
         Whether the rates of a mode depend on the amplitude of the other mode.
     """
@@ -65,11 +75,18 @@ class LawForm:
     def free(self) -> Flags:
         """Which parameters are fitted, (parameters,)."""
         nonlinear = self.law != "linear"
-        shift = self.law in ("power", "quadratic")
-        exponent = nonlinear and self.law != "coulomb"
+        shift = self.law not in ("linear", "coulomb", "iwan")
+        exponent = self.law not in ("linear", "coulomb", "jenkins")
         own = [True, True, nonlinear, shift, exponent, nonlinear and self.cross]
+        own += [self.law == "segalman", False]
         coupling = [self.law == "quadratic"] * 4 if self.modes == 2 else []
         return np.array(own * self.modes + coupling)
+
+    @property
+    def kind(self) -> str:
+        """Meaning of g, h and p: laws of one kind have comparable parameters."""
+        joint = self.law in ("jenkins", "segalman")
+        return "macro-slip" if joint else "coulomb" if self.law == "coulomb" else "power"
 
     def without_others(self, values: Floats) -> Floats:
         """Return values (parameters,) in which terms that the law does not have are zero.
@@ -77,9 +94,14 @@ class LawForm:
         If the law has another exponent, damping is kept at R and R / 2.
         """
         made = np.where(self.free, values, 0.0)
-        for k in range(0, 6 * self.modes, 6):
-            delta_0, _, g, _, p, _ = values[k : k + 6]
+        for k in range(0, WIDTH * self.modes, WIDTH):
+            delta_0, _, g, _, p = values[k : k + 5]
             made[k + 4] = p
+            if self.kind == "macro-slip":
+                made[k + 6] = values[k + 6] if self.law == "segalman" else 1.0
+                made[k + 7] = values[k + 7]
+                continue
+            made[k + 6] = NO_MACRO_SLIP
             if (self.law == "coulomb") != (p == CONSTANT_FORCE):
                 made[k + 4] = CONSTANT_FORCE if self.law == "coulomb" else 1.0
                 made[k + 2] = g * (1.0 - 0.5**p) / (1.0 - 0.5 ** made[k + 4])
@@ -89,12 +111,18 @@ class LawForm:
     def limited(self, values: Floats) -> Floats:
         """Return values (parameters,) within their limits, with h that follow from the others.
 
-        Exponents are 0.1 to 6. A constant friction force does not drive the vibration.
+        Exponents are 0.1 to 6, of Segalman's law at most 2. A friction force does not drive the
+        vibration.
         """
         made = values.copy()
-        for k in range(0, 6 * self.modes, 6):
+        for k in range(0, WIDTH * self.modes, WIDTH):
             if self.law == "coulomb":
                 made[k + 2] = max(made[k + 2], 0.0)
+            elif self.kind == "macro-slip":
+                made[k + 2] = max(made[k + 2], 0.0)
+                made[k + 3] = np.clip(made[k + 3], 1e-6 * made[k + 1], 0.9 * made[k + 1])
+                made[k + 4] = np.clip(made[k + 4], 0.1, 2.0)
+                made[k + 6] = np.clip(made[k + 6], 0.0, 1.0)
             elif self.law != "linear":
                 made[k + 4] = np.clip(made[k + 4], 0.1, 6.0)
         return self.tied(made)
@@ -104,7 +132,7 @@ class LawForm:
         if self.law != "iwan":
             return values
         made = values.copy()
-        for k in range(0, 6 * self.modes, 6):
+        for k in range(0, WIDTH * self.modes, WIDTH):
             made[k + 3] = masing_ratio(values[k + 4]) * values[k + 2]
         return made
 
@@ -120,11 +148,15 @@ def allowed_forms(law: str, cross: Any, modes: int) -> list[LawForm]:
         raise SlipmodeError(f"cross = {in_one_line(cross)}: must be 'auto', True or False")
     if modes == 1 and (cross is True or law == "quadratic"):
         raise SlipmodeError("bands: cross effects and quadratic coupling need two modes")
+    if modes == 2 and law in ("jenkins", "segalman"):
+        raise SlipmodeError(f"bands: law = {law} is a law of one mode; give one band")
     if law == "linear" and cross is True:
         raise SlipmodeError("cross: a linear law has no cross effects")
     found = []
     for name in LAWS if law == "auto" else [law]:
-        if name == "quadratic" and modes == 1:
+        if modes == 1 and name == "quadratic":
+            continue
+        if modes == 2 and name in ("jenkins", "segalman"):
             continue
         for crossed in (False, True):
             allowed = cross == "auto" or cross is crossed or name == "linear"
@@ -146,12 +178,12 @@ def masing_ratio(p: Floats) -> Floats:
 
 
 def parts(values: Floats, modes: int) -> tuple[Floats, Complexes]:
-    """Return parameters of each mode (6, modes, ...), and q_1, q_2 (2, ...).
+    """Return parameters of each mode (8, modes, ...), and q_1, q_2 (2, ...).
 
     `values` (parameters, ...) are in the order of `LawForm.names`.
     """
-    own = values[: 6 * modes].reshape(modes, 6, *values.shape[1:]).swapaxes(0, 1)
-    q = values[6 * modes :] if modes == 2 else np.zeros((4, *values.shape[1:]))
+    own = values[: WIDTH * modes].reshape(modes, WIDTH, *values.shape[1:]).swapaxes(0, 1)
+    q = values[WIDTH * modes :] if modes == 2 else np.zeros((4, *values.shape[1:]))
     return own, np.asarray(q[0::2] + 1j * q[1::2], complex)
 
 
@@ -160,17 +192,21 @@ def complex_rates(
 ) -> Complexes:
     """Return -delta + i omega, (modes, ...).
 
-    `own` (6, modes, ...) are the parameters of each mode, `square` (modes, ...) the squares of
+    `own` (8, modes, ...) are the parameters of each mode, `square` (modes, ...) the squares of
     the amplitudes, `reference` (modes, 1, ...) the reference amplitudes. A constant friction force
     damps at the rate `fastest` [1/s] at most: it acts like linear damping on smaller amplitudes.
     """
-    delta_0, omega_0, g, h, p, kappa = own
+    delta_0, omega_0, g, h, p, kappa, J, _ = own
     s2 = square + kappa * square[::-1] if len(square) == 2 else square
     relative = np.maximum(s2 / reference**2, np.finfo(float).tiny)
     power = np.exp(0.5 * p * np.log(relative))
     if np.any(p < 0.0):
         power = np.minimum(power, fastest / np.maximum(np.abs(g), np.finfo(float).tiny))
     rates: Complexes = (1j * omega_0 - delta_0) - (g + 1j * h) * power
+    if np.any(J >= 0.0):
+        with np.errstate(all="ignore"):  # columns of other laws are not used
+            slipping = macro_slip_rates(own, np.sqrt(relative) * reference, reference)
+        rates = np.where(J >= 0.0, slipping, rates)
     return rates
 
 
@@ -205,6 +241,13 @@ class SlowLaw:
         own = parts(self.values, self.form.modes)[0]
         shift: Floats = masing_ratio(own[4]) * own[2]
         return shift
+
+    @property
+    def slip_amplitude(self) -> float:
+        """Amplitude above which the joint slips completely, infinite without such a term."""
+        if self.form.kind != "macro-slip":
+            return np.inf
+        return float(slip_amplitude(self.values, self.reference[0]))
 
     @property
     def coupling(self) -> Complexes:
@@ -263,5 +306,5 @@ class SlowLaw:
     def _rates(self, amplitudes: Sequence[Floats]) -> Complexes:
         square = np.stack(np.broadcast_arrays(*np.abs(amplitudes))) ** 2
         extra = (1,) * (square.ndim - 1)
-        own = parts(self.values, self.form.modes)[0].reshape(6, -1, *extra)
+        own = parts(self.values, self.form.modes)[0].reshape(WIDTH, -1, *extra)
         return complex_rates(own, square, self.reference.reshape(-1, *extra))

@@ -23,7 +23,7 @@ from slipmode.rom.identification.fit import (
     jackknife_variance,
 )
 from slipmode.rom.identification.initial_amplitudes import first_window, initial_amplitudes
-from slipmode.rom.identification.slow_laws import LawForm, SlowLaw
+from slipmode.rom.identification.slow_laws import WIDTH, LawForm, SlowLaw
 
 # Of each record, of equal duration. Of 60 structures of test_jointed_structures.py, 90 % have all
 # true parameters in their intervals with 8 parts, 95 % with 10, 85 % with 12.
@@ -31,6 +31,11 @@ PARTS = 10
 # Error of rates by a Runge-Kutta step of x = STEP, x^5 / 120 of the amplitude, relative to the
 # fastest rate.
 STEP_ERROR = STEP**4 / 120.0
+
+# Standard deviation of the parameters of a joint with macro-slip, relative to their value, by
+# averaging over a cycle in which the amplitude falls: this times the damping ratio
+# (test_macro_slip.py).
+AVERAGING = 0.15
 
 
 @frozen
@@ -57,6 +62,11 @@ class Uncertainty:
     def left_out(self) -> Sequence[SlowLaw]:
         """The identified law without each of the records or levels."""
         return self.laws[0][1:]
+
+    @property
+    def alike(self) -> list[Sequence[SlowLaw]]:
+        """The laws whose parameters have the meaning of the identified ones."""
+        return [each for each in self.laws if each[0].form.kind == self.laws[0][0].form.kind]
 
     def variance(self, quantity: Callable[[SlowLaw], Floats]) -> Floats:
         """Return the variance of a quantity of the law, without the misfit of rates.
@@ -94,7 +104,7 @@ class Uncertainty:
         """
         records, coupled = len(self.left_out), self.laws[0][0].form.law == "quadratic"
         # a model without quadratic coupling has none in its samples
-        likely = [each for each in self.laws if coupled or each[0].form.law != "quadratic"]
+        likely = [each for each in self.alike if coupled or each[0].form.law != "quadratic"]
         while True:
             law, *left_out = likely[rng.integers(len(likely))]
             values = np.array([each.values for each in left_out])
@@ -239,13 +249,20 @@ def uncertainty(
     if records >= LEAST_RECORDS:
         parts = PartRates.of(decays, found.law, floor)
         errors = parts.parameter_errors(found)
+        if form.kind == "macro-slip":
+            a = np.geomspace(floor[0], np.abs(found.start).max(), 100)
+            ratio = (found.law.damping_rates(a) / found.law.frequencies(a)).max()
+            of_joint = np.array([name[0] in "ghpJ" for name in names])
+            averaging = of_joint * AVERAGING * ratio * found.law.values[free]
+            errors = np.vstack((errors, np.diag(averaging)))
         scatter = Uncertainty(laws, parts.misfit, errors)
-        variance = scatter.variance(lambda law: law.values)[free] + (errors**2).sum(axis=0)
+        variance = replace(scatter, laws=scatter.alike).variance(lambda law: law.values)[free]
+        variance = variance + (errors**2).sum(axis=0)
         added = np.zeros(len(free))
         for each in deviations:
             scatter.misfit[:, each.mode] += each.variance
-            own = slice(6 * each.mode, 6 * each.mode + 6)
-            added[own] = [*each.variance, np.inf, np.inf, np.inf, np.inf]
+            own = slice(WIDTH * each.mode, WIDTH * (each.mode + 1))
+            added[own] = [*each.variance, *(WIDTH - 2) * [np.inf]]
         variance = variance + added[free]
         deviation = np.where(singular, np.inf, np.sqrt(variance))
         half = interval_half_width(deviation, records)

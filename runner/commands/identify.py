@@ -27,6 +27,7 @@ def commands() -> dict[str, Command]:
         "loops displacement and force"
     )
     band = "a band [Hz] with one mode alone; twice for two modes, the lower one first"
+    law = "the law (auto); jenkins and segalman: one joint from complete slip into stick, one mode"
     held = "predicted, not fitted: records by name or number in it, tests by beginning of the name"
     cross = (
         "whether rates of a mode depend on the amplitude of the other one (auto: if it predicts)"
@@ -56,7 +57,7 @@ def commands() -> dict[str, Command]:
             Argument("--sample-rate", type=float, metavar="HZ", help="(the rate in the files)"),
             Argument("--channels", nargs="+", type=_key, help=channels),
             Argument("--hold-out", nargs="+", type=_key, default=[], metavar="NAME", help=held),
-            Argument("--law", choices=["auto", *LAWS], default="auto", help="the law (auto)"),
+            Argument("--law", choices=["auto", *LAWS], default="auto", help=law),
             Argument("--cross", choices=["auto", "yes", "no"], help=cross),
             Argument("--modal-mass", nargs="+", type=float, metavar="KG", help=mass),
             Argument("-o", "--output", type=Path, default=Path("identified"), help="(identified)"),

@@ -12,7 +12,7 @@ from slipmode.rom.short_repr import percentage
 
 # 0.3 MB of the FMU of one mode, 7 MB of two modes
 _SAMPLES = 40
-_UNITS = {"delta_0": "1/s", "g": "1/s", "omega_0": "rad/s", "h": "rad/s"}
+_UNITS = {"limit": "N/kg", "delta_0": "1/s", "g": "1/s", "omega_0": "rad/s", "h": "rad/s"}
 
 
 def report(found: Identification | SineIdentification, modal_mass: Sequence[float] | None) -> str:
@@ -100,6 +100,10 @@ def _law(found: IdentifiedLaw) -> str:
     rates = "delta_0 + g (s / R)^p, frequency omega_0 - h (s / R)^p"
     if form.law == "coulomb":
         rates = "delta_0 + g R / s (constant friction force), frequency omega_0"
+    if form.kind == "macro-slip":
+        slip = f"{found.law.slip_amplitude:.4g} {unit}, seen from {found.range[0, 0]:.3g}"
+        lines.append(f"    the joint slips completely above s = {slip} to {found.range[0, 1]:.3g}")
+        rates = "delta_0 + g R / s, frequency omega_0 - h far above; omega_0 in stick"
     lines.append(f"    damping rate {rates}")
     if form.cross:
         lines.append("    s_A^2 = A^2 + kappa_A B^2, s_B^2 = B^2 + kappa_B A^2")

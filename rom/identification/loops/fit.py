@@ -31,7 +31,8 @@ def fit_loops(loops: Loop | Sequence[Loop]) -> LoopFit:
     ----------
     loops : Loop or sequence of Loop
         Loops of one joint, from `rom.read_loops` or arrays. Several loops are levels of the
-        normal load: they have common stiffnesses and backlash, and own friction limits.
+        normal load: they have common stiffnesses, and each has its own friction limits and
+        backlash.
 
     Returns
     -------
@@ -41,8 +42,8 @@ def fit_loops(loops: Loop | Sequence[Loop]) -> LoopFit:
     Raises
     ------
     SlipmodeError
-        If a loop has fewer than two complete cycles after the first one, dissipates no energy, or
-        has values that are not allowed.
+        If a loop has fewer than two cycles, dissipates no energy, or has values that are not
+        allowed.
 
     Notes
     -----
@@ -55,7 +56,8 @@ def fit_loops(loops: Loop | Sequence[Loop]) -> LoopFit:
 
     The first two strokes of a loop settle the contacts and are not compared. Inertia and viscous
     forces are not part of the model: measure slowly. Errors are relative to the peak force of each
-    loop. Intervals of 99 % follow from the scatter of the cycles, with Student's distribution.
+    loop. Intervals of 99 % follow from the scatter of the cycles, with Student's distribution;
+    they are infinite if a loop has fewer than three cycles.
 
     Contact laws of structures have neither a backlash nor limits by direction. Limits by direction
     without a backlash are a law with equal limits, and a constant force. If there is a backlash,
@@ -172,7 +174,13 @@ def _warnings(found: Fitted, law: Fitted) -> list[str]:
 def _shortcomings(found: Fitted) -> list[str]:
     lines = []
     open_ends = [name for name, ends in found.intervals().items() if not np.isfinite(ends).all()]
-    if open_ends:
+    single = [level.name for level in found.levels if level.cycles < 2]
+    if single:
+        lines.append(
+            f"{short_list(single)}: one cycle after the first one has no scatter; intervals need "
+            "three cycles in all"
+        )
+    elif open_ends:
         lines.append(
             f"the loops do not determine {short_list(open_ends)}; a limit needs loops with slip"
         )

@@ -14,7 +14,9 @@ from slipmode.rom.common import Floats, as_floats, frozen, in_one_line
 # Reversals smaller than this share of the range of the displacement are noise.
 REVERSAL = 0.02
 RUN_IN = 2  # strokes that settle the contacts
-FEWEST_CYCLES = 2  # after these
+FEWEST_CYCLES = 2  # with these
+# Share of a cycle by which the path of the displacement may be shorter.
+SHORTER = 0.1
 
 
 @frozen
@@ -74,10 +76,12 @@ class Strokes:
         ends = turning_points(x) if x.size and np.ptp(x) > 0.0 else []
         parts = [slice(a, b + 1) for a, b in pairwise(ends)]
         strokes = cls(loop.name, [x[part] for part in parts], [force[part] for part in parts])
-        if strokes.cycles < FEWEST_CYCLES:
+        path = float(np.abs(np.diff(x[ends])).sum()) if ends else 0.0
+        cycles = path / (2.0 * np.ptp(x)) if ends else 0.0
+        if strokes.cycles < 1 or cycles < FEWEST_CYCLES - SHORTER:
             raise SlipmodeError(
-                f"loops: {loop.name} must have at least {FEWEST_CYCLES} complete cycles after the "
-                f"first one, which settles the contacts, got {max(strokes.cycles, 0)}"
+                f"loops: {loop.name} must have at least {FEWEST_CYCLES} cycles, of which the "
+                f"first one settles the contacts, got {cycles:.2g}"
             )
         if strokes.work() <= 0.0:
             raise SlipmodeError(

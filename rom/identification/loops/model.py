@@ -42,13 +42,14 @@ class Terms(NamedTuple):
         return " + ".join(parts)
 
     def names(self, levels: int) -> tuple[str, ...]:
-        """Return the names of the coordinates of a fit, the limits of each level last."""
+        """Return the names of the coordinates of a fit, those of each level last."""
         names = ["stiffness", "chi", "beta"]
         if self.elements:
             numbers = range(1, self.elements + 1)
             names = [f"stiffness_{i}" for i in numbers] + [f"weight_{i}" for i in numbers[1:]]
-        names += [name for name in ("backlash", "spring") if getattr(self, name)]
-        own = ("forward", "backward") if self.direction else ("limit",)
+        names += ["spring"] if self.spring else []
+        own = ["backlash"] if self.backlash else []
+        own += ["forward", "backward"] if self.direction else ["limit"]
         return (*names, *(f"{level}.{each}" for level in range(levels) for each in own))
 
     def larger(self, values: Values, reach: float) -> Iterator[tuple[Terms, Values]]:
@@ -66,8 +67,10 @@ class Terms(NamedTuple):
             }
             yield self._replace(direction=True), values | both
         if not self.backlash:
+            levels = {name.partition(".")[0] for name in values if "." in name}
             for share in (0.05, 0.3):
-                yield self._replace(backlash=True), values | {"backlash": share * reach}
+                widths = {f"{level}.backlash": share * reach for level in levels}
+                yield self._replace(backlash=True), values | widths
         if not self.spring:
             yield self._replace(spring=True), values | {"spring": 0.02 * total}
         if not self.elements:

@@ -98,7 +98,7 @@ class Fitted:
             stiffness=k,
             low=-share * backward[:, np.newaxis] / k,
             high=share * forward[:, np.newaxis] / k,
-            backlash=np.array([values.get("backlash", 0.0) for values in every]),
+            backlash=np.array([values.get(f"{level}.backlash", 0.0) for values in every]),
             spring=np.array([values.get("spring", 0.0) for values in every]),
             middle=strokes.middle,
         )
@@ -126,11 +126,12 @@ class Fitted:
         names = ["stiffness", "chi", "beta"] if not numbers else ["stiffness"]
         if len(numbers) > 1:
             names = [f"{name}_{i}" for name in ("stiffness", "share") for i in numbers]
-        names += [name for name in ("backlash", "spring") if getattr(self.terms, name)]
-        ways = ("limit_forward", "limit_backward") if self.terms.direction else ("limit",)
+        names += ["spring"] if self.terms.spring else []
+        own = ["backlash"] if self.terms.backlash else []
+        own += ["limit_forward", "limit_backward"] if self.terms.direction else ["limit"]
         several = len(self.levels) > 1
         return names + [
-            f"{level.name}.{way}" if several else way for level in self.levels for way in ways
+            f"{level.name}.{each}" if several else each for level in self.levels for each in own
         ]
 
     def _shown(self, logarithms: Floats) -> Floats:
@@ -142,7 +143,7 @@ class Fitted:
             own = [*k, *share] if terms.elements > 1 else [*k]
         else:
             own[1] = terms.iwan(values, 1.0).chi
-        rest = list(values.values())[len(terms.names(0)) - terms.backlash - terms.spring :]
+        rest = list(values.values())[len(terms.names(0)) - terms.spring :]
         return np.array([*own, *rest])
 
     def intervals(self) -> dict[str, tuple[float, float]]:
@@ -158,7 +159,7 @@ class Fitted:
             cycle, n = level.cycle_of_sample(), level.cycles
             gradients = np.array([J[cycle == i].T @ r[cycle == i] for i in range(n)])
             gradients -= gradients.mean(axis=0)
-            scatter += n / (n - 1) * gradients.T @ gradients
+            scatter += n / max(n - 1, 1) * gradients.T @ gradients
         size = np.sqrt(np.diag(matrix))
         size[size == 0.0] = 1.0
         eigenvalues, vectors = np.linalg.eigh(matrix / np.multiply.outer(size, size))
@@ -174,9 +175,9 @@ class Fitted:
         along = (G / size) @ vectors
         free = (along[:, ~known] ** 2).sum(axis=1) > UNKNOWN * (along**2).sum(axis=1)
         fewest = min(level.cycles for level in self.levels)
-        quantile = float(scipy.special.stdtrit(fewest - 1, 0.5 + 0.5 * LEVEL))
+        quantile = float(scipy.special.stdtrit(max(fewest - 1, 1), 0.5 + 0.5 * LEVEL))
         half = quantile * np.sqrt(np.maximum(np.diag(G @ covariance @ G.T), 0.0))
-        half[free] = np.inf
+        half[free | (fewest < 2)] = np.inf  # one cycle has no scatter
         low, high = ((shown + offset) * np.exp(way * half) - offset for way in (-1.0, 1.0))
         ends = zip(low.tolist(), high.tolist(), strict=True)
         return dict(zip(self._names(), ends, strict=True))

@@ -26,9 +26,9 @@ class LoopFit:
     parameters : dict of str to float
         Stiffness of each element in stick, `spring` [N/m], `backlash` [m], and friction limits
         [N]: `limit`, or `limit_forward` while the displacement rises and `limit_backward` while it
-        falls. Of several loops, the limits have the name of the loop before a point. Of several
-        elements, `share_1`, `share_2`, ... are their shares of the limits. `chi` and `beta` are
-        as in `rom.Iwan`.
+        falls. Of several loops, limits and backlash have the name of the loop before a point. Of
+        several elements, `share_1`, `share_2`, ... are their shares of the limits. `chi` and
+        `beta` are as in `rom.Iwan`.
     interval : dict of str to (float, float)
         99 % interval of each parameter from the scatter of the cycles; infinite for those that the
         loops do not determine.

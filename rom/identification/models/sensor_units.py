@@ -28,6 +28,14 @@ def sensor_unit(unit: str) -> tuple[str, float]:
     return found.quantity, found.size
 
 
+def derivative(unit: str) -> int:
+    """Return the number of time derivatives of the displacement, 0 for other units."""
+    found = parse_unit(unit)
+    if found is None or found.quantity not in QUANTITIES:
+        return 0
+    return QUANTITIES.index(found.quantity)
+
+
 def shape_at_sensor(modes: int, modal_mass: Any, mode_shape: Any) -> Floats:
     """Return the mass-normalised modes at the reference channel, (modes,) [kg^-1/2]."""
     if modal_mass is not None and mode_shape is not None:

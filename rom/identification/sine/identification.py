@@ -13,6 +13,7 @@ from slipmode.rom import SlipmodeError
 from slipmode.rom.common import Floats, frozen, in_one_line, short_list
 from slipmode.rom.identification.fit import interval_half_width, jackknife_variance
 from slipmode.rom.identification.models.identified import IdentifiedLaw
+from slipmode.rom.identification.models.macro_slip import NO_MACRO_SLIP
 from slipmode.rom.identification.sine.levels import (
     SineLevel,
     check_level,
@@ -317,7 +318,8 @@ def _law_of(levels: Sequence[SineLevel], form: LawForm, shift: bool) -> SlowLaw:
         p = float(scipy.optimize.minimize_scalar(unlikelihood, bounds=ends, method="bounded").x)
     (delta_0, moved), (g, slope) = fitted(p)[0]
     omega_0, h = (mean + moved, -slope) if shift else (mean, 0.0)
-    return SlowLaw(form, np.array([delta_0, omega_0, g, h, p, 0.0]), np.array([a.max()]))
+    values = np.array([delta_0, omega_0, g, h, p, 0.0, NO_MACRO_SLIP, 0.0])
+    return SlowLaw(form, values, np.array([a.max()]))
 
 
 def _deviation(values: Floats) -> float:

@@ -97,6 +97,7 @@ def folder(tmp_path_factory):
 
 GIVEN = [  # a call, and what the message contains
     (lambda: identify(law="linear", cross=True), "cross: a linear law has no cross effects"),
+    (lambda: identify(law="jenkins"), "bands: law = jenkins is a law of one mode; give one band"),
     (lambda: identify(bands=BANDS[:1], law="quadratic"), "bands: cross effects and quadratic cou"),
     (lambda: identify(bands=[(150, 200)]), "bands: 150 to 200 Hz has no decay of a mode"),
     (lambda: identify(bands=[(100, 260)]), "bands: 100 to 260 Hz has peaks at"),
