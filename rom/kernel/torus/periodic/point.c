@@ -33,27 +33,26 @@ static double harmonics_change(const sm_search *s, const sm_search_point *point)
     return largest;
 }
 
-/* Computes the residual of a point: the change of the response, relative to the largest force
- * (elastic contacts: displacement) of the modes, or that of the memory, if it is larger. Where the
- * memory is no unknown, the change of the harmonics stands for it: after a jump of the unknowns,
- * that change says nothing about the motion. */
-void sm_search_residual(const sm_search *s, size_t p) {
+double sm_search_residual(const sm_search *s, size_t p) {
     sm_march *m = s->march;
     sm_search_point *point = &s->point[p];
-    double change = 0.0;
+    const double scale = fmax(point->scales.response, SM_TINY);
+    double of_response = 0.0, of_memory = 0.0;
     if (m->contact->response) {
         sm_respond(m->contact, point->Y, point->change);
         for (size_t k = 0; k < s->harmonics; k++) point->change[k] -= sm_search_unknowns(s, p)[k];
         for (size_t k = 0; k < s->harmonics; k += 2)
-            change = fmax(change, hypot(point->change[k], point->change[k + 1]));
+            of_response = fmax(of_response, hypot(point->change[k], point->change[k + 1]) / scale);
     }
     if (m->memory > 0) m->law->exchange_memory(m, point->change + s->harmonics, 0);
     for (size_t k = s->harmonics; k < s->unknowns; k++) {
         point->change[k] -= sm_search_unknowns(s, p)[k];
-        change = fmax(change, fabs(point->change[k]));
+        of_memory = fmax(of_memory, fabs(point->change[k]) / scale);
     }
-    point->residual = change / fmax(point->scales.response, SM_TINY);
-    if (m->memory == 0) point->residual = fmax(point->residual, harmonics_change(s, point));
+    const double of_harmonics = harmonics_change(s, point);
+    const int known = m->memory > 0;
+    point->residual = fmax(of_response, known ? fmin(of_memory, of_harmonics) : of_harmonics);
+    return known ? fmax(of_response, of_memory) : point->residual;
 }
 
 void sm_search_store(const sm_search *s, size_t p) {
@@ -89,15 +88,14 @@ int sm_search_next(const sm_search *s, size_t p, int first) {
     sm_march *m = s->march;
     sm_search_point *point = &s->point[p];
     double *unknown = sm_search_unknowns(s, p), *change = point->change;
-    sm_search_residual(s, p);
+    const double distance = sm_search_residual(s, p);
     const int repeats = !first && point->residual <= m->task->grid->tolerance;
     if (m->part == 1.0) {
         point->done = repeats;
         sm_search_store(s, p);
     }
     if (repeats || first) return first;
-    const int decreases = sm_fixed_point_next(&point->fixed_point, point->residual, change,
-                                              unknown);
+    const int decreases = sm_fixed_point_next(&point->fixed_point, distance, change, unknown);
     if (m->memory > 0) m->law->exchange_memory(m, unknown + s->harmonics, 1);
     return decreases;
 }
