@@ -19,7 +19,7 @@ from scipy.integrate import solve_ivp
 from slipmode import fmu, rom
 
 pytestmark = pytest.mark.oracle
-SLOW = [pytest.param(seed, marks=pytest.mark.slow) for seed in range(4, 36)]
+SLOW = [pytest.param(seed, marks=pytest.mark.slow) for seed in (1, *range(4, 36))]
 
 
 def drawn(seed):
@@ -51,7 +51,7 @@ def drawn(seed):
     return kind, modes[0], scale, rom.identify(measurement(signals, 8.0 * f), bands=bands)
 
 
-@pytest.mark.parametrize("seed", [0, 1, 2, 3, *SLOW])
+@pytest.mark.parametrize("seed", [0, 2, 3, *SLOW])
 def test_a_law_without_noise_is_found(seed):
     kind, (delta_0, omega, g, h, p), scale, found = drawn(seed)
     law = "power" if kind == "two modes" else kind

@@ -66,6 +66,7 @@ def slider(rng, duration=4.0, rate=1000.0):
 
 
 @pytest.mark.oracle
+@pytest.mark.slow
 def test_a_law_outside_the_set_is_not_claimed_and_its_bands_contain_the_truth():
     rng = np.random.default_rng(0)
     found = rom.identify(measurement([slider(rng) for _ in range(5)], 1000.0), bands=[(50, 70)])

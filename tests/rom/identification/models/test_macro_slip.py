@@ -72,6 +72,7 @@ def turning_rates(x):
 CASES = {"jenkins": {}, "segalman": {"p": 0.6, "J": 1.0 / 3.0}}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", CASES)
 def test_a_decay_from_complete_slip_into_stick_is_one_law(law):
     """Rates and frequencies within 2 % of those between turning points, F_S within 1 %.
