@@ -63,7 +63,6 @@ def test_joined_bodies_move_as_one_and_bolts_are_in_balance(deck, lap):
 
 
 @pytest.mark.oracle
-@pytest.mark.slow
 def test_bolts_press_the_lap_and_friction_bends_its_backbone(example, lap):
     rest = rom.preload(lap.structure, lap.law, lap.bolts)
     assert rest.tangential_share.max() > 0.1
