@@ -73,7 +73,7 @@ def preload(
     """Return the static equilibrium under a constant force, such as bolts or centrifugal load.
 
     The contacts close, open, stick or slip by their law. The full load is applied in one step,
-    after those of `history`. The returned law describes vibration about this equilibrium.
+    after the forces of `history`. The returned law describes vibration about this equilibrium.
 
     Parameters
     ----------
@@ -135,13 +135,12 @@ def preload(
     """
     if not isinstance(law, Elastic):
         raise SlipmodeError(f"law: must be {_NORMAL}, for a static force; got {in_one_line(law)}")
-    elements = law.elements(structure.n_contacts)
-    if not np.any(elements.element["law"] == FRICTIONAL):
+    frictional = law.elements(structure.n_contacts).element["law"] == FRICTIONAL
+    if not frictional.any():
         raise SlipmodeError(f"law: has no normal direction for a static force; give {_NORMAL}")
     loads = [force_vector(each, structure.n_dofs, "history") for each in history]
     loads.append(force_vector(static_force, structure.n_dofs, "static_force"))
-    of_law = law.elements(structure.n_contacts).element["law"]
-    if history and np.any(of_law != FRICTIONAL):
+    if history and not frictional.all():
         raise SlipmodeError(
             "history: all contacts must be rom.FrictionalContact; other laws have no force at rest"
         )
@@ -162,8 +161,6 @@ def preload(
 def _under(structure: Structure, law: Elastic, F: Floats) -> Preload:
     """Return the equilibrium under a change F of the static force, from contacts at rest."""
     elements = law.elements(structure.n_contacts)
-    if not np.any(elements.element["law"] == FRICTIONAL):
-        raise SlipmodeError(f"law: has no normal direction for a static force; give {_NORMAL}")
     displacement, x_c, f = _equilibrium(structure, elements, F)
     states = contact_states(elements, x_c[np.newaxis], f[np.newaxis])
     state, N, gap = (each[0] for each in (states.state, states.normal_force, states.gap))

@@ -12,6 +12,7 @@ from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.frequencies import RPM
 from slipmode.rom.short_repr import frozen
+from slipmode.rom.slow import axes_or_current
 from slipmode.rom.structure.matrices import Matrix, as_dense
 
 if TYPE_CHECKING:
@@ -86,9 +87,7 @@ class SpeedModes:
         Axes
             Axes of the plot.
         """
-        import matplotlib.pyplot as plt
-
-        ax = plt.gca() if ax is None else ax
+        ax = axes_or_current(ax)
         ax.plot(self.speed / RPM, self.frequency / (2.0 * np.pi), label="mode")
         for order in engine_orders:
             line = order * self.speed / (2.0 * np.pi)

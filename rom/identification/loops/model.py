@@ -42,7 +42,7 @@ class Terms(NamedTuple):
         return " + ".join(parts)
 
     def names(self, levels: int) -> tuple[str, ...]:
-        """Return the names of the coordinates of a fit, those of each level last."""
+        """Return the names of the coordinates of a fit; coordinates of each level are last."""
         names = ["stiffness", "chi", "beta"]
         if self.elements:
             numbers = range(1, self.elements + 1)

@@ -1,7 +1,7 @@
 """Tables of given rates of free vibration, and the samples of a model that are such rates.
 
 With s_j = -delta_j + i omega_j, and s_0j at rest, the friction terms and their rate correction are
-those of `rom.model_of_rates`.
+as in `rom.model_of_rates`.
 """
 
 from __future__ import annotations

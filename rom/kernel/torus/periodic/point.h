@@ -33,11 +33,11 @@ static inline double *sm_search_unknowns(const sm_search *s, size_t p) {
     return s->march->response + p * s->unknowns;
 }
 
-/* Computes the residual of a point after an evaluation of whole periods: the change of the response,
- * relative to the largest force (elastic contacts: displacement) of the modes, or that of the
- * harmonics since the evaluation before, if it is larger. Where the memory is an unknown, its change
- * will do too: harmonics repeat while stuck sliders creep, and change where the search jumps.
- * Returns the residual of the unknowns alone. */
+/* Computes the residual of a point after an evaluation of whole periods: the change of the response
+ * relative to the largest force (elastic contacts: displacement) of the modes, or the change of the
+ * harmonics since the evaluation before, if it is larger. Where the memory is an unknown, a small
+ * change of the memory suffices instead: harmonics repeat while stuck sliders creep, and change
+ * where the search jumps. Returns the residual of the unknowns alone. */
 double sm_search_residual(const sm_search *search, size_t p);
 /* Copies harmonics, mean squares, residual and number of steps of a point into the results. */
 void sm_search_store(const sm_search *search, size_t p);
