@@ -39,6 +39,10 @@ PIP     = $(BIN)/python -m $$(test -x $(BIN)/uv && echo uv) pip install --quiet
 # Files share fixtures that are dear to make; threads of OpenBLAS would wait for one another.
 PARALLEL := --numprocesses auto --dist loadfile
 test test-all docs: export OPENBLAS_NUM_THREADS := 1
+# Tests start many processes, each of which would compile all packages where Python must not write
+# bytecode. It is kept here, not beside the sources.
+quick test test-all docs: export PYTHONDONTWRITEBYTECODE :=
+quick test test-all docs: export PYTHONPYCACHEPREFIX := $(CURDIR)/$(VENV)/bytecode
 # ccache compiles what changed, for all clones; where there is no ccache, everything is compiled.
 $(VENV)/.installed $(VENV)/.installed-oldest: export CCACHE_BASEDIR = $(CURDIR)
 $(VENV)/.installed $(VENV)/.installed-oldest: export CMAKE_C_COMPILER_LAUNCHER = \
