@@ -51,11 +51,12 @@ def integrate(
     own, (q1, q2) = parts(values[:, :, np.newaxis], len(start))
     shape = reference[:, np.newaxis, np.newaxis]
     frame = 1j * carrier[:, np.newaxis, np.newaxis]
+    rates = complex_rates(own, shape, STOP / step)
     coupled = bool(np.any(q1) or np.any(q2))
     detuning = carrier[1] - 2.0 * carrier[0] if len(start) == 2 else 0.0
 
     def slope(z: Complexes, t: float) -> Complexes:
-        found = z * (complex_rates(own, z.real**2 + z.imag**2, shape, STOP / step) - frame)
+        found = z * (rates(z.real**2 + z.imag**2) - frame)
         if coupled:
             turn = np.exp(1j * detuning * t)
             found[0] += q1 * turn * z[0].conj() * z[1]

@@ -20,7 +20,7 @@ Masing's rule ties h to g (see `masing_ratio`); other terms soften or stiffen el
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Final, Literal, get_args
 
@@ -42,6 +42,7 @@ WIDTH = len(PER_MODE)
 COUPLING: Final = ("Re q_1", "Im q_1", "Re q_2", "Im q_2")
 LAWS: Final = get_args(LawName)
 CONSTANT_FORCE = -1.0  # exponent p of a constant friction force
+_TINY = np.finfo(float).tiny
 
 
 @dataclass(frozen=True)
@@ -188,25 +189,33 @@ def parts(values: Floats, modes: int) -> tuple[Floats, Complexes]:
 
 
 def complex_rates(
-    own: Floats, square: Floats, reference: Floats, fastest: float = np.inf
-) -> Complexes:
-    """Return -delta + i omega, (modes, ...).
+    own: Floats, reference: Floats, fastest: float = np.inf
+) -> Callable[[Floats], Complexes]:
+    """Return the function of squares of amplitudes that returns -delta + i omega, (modes, ...).
 
-    `own` (8, modes, ...) are the parameters of each mode, `square` (modes, ...) the squares of
-    the amplitudes, `reference` (modes, 1, ...) the reference amplitudes. A constant friction force
-    damps at the rate `fastest` [1/s] at most: it acts like linear damping on smaller amplitudes.
+    `own` (8, modes, ...) are the parameters of each mode, `reference` (modes, 1, ...) the
+    reference amplitudes, and the squares are (modes, ...). A constant friction force damps at the
+    rate `fastest` [1/s] at most: it acts like linear damping on smaller amplitudes.
     """
     delta_0, omega_0, g, h, p, kappa, J, _ = own
-    s2 = square + kappa * square[::-1] if len(square) == 2 else square
-    relative = np.maximum(s2 / reference**2, np.finfo(float).tiny)
-    power = np.exp(0.5 * p * np.log(relative))
-    if np.any(p < 0.0):
-        power = np.minimum(power, fastest / np.maximum(np.abs(g), np.finfo(float).tiny))
-    rates: Complexes = (1j * omega_0 - delta_0) - (g + 1j * h) * power
-    if np.any(J >= 0.0):
-        with np.errstate(all="ignore"):  # columns of other laws are not used
-            slipping = macro_slip_rates(own, np.sqrt(relative) * reference, reference)
-        rates = np.where(J >= 0.0, slipping, rates)
+    linear, friction, half = 1j * omega_0 - delta_0, g + 1j * h, 0.5 * p
+    crossed, slips = len(reference) == 2 and np.any(kappa), np.any(J >= 0.0)
+    largest = fastest / np.maximum(np.abs(g), _TINY) if np.any(p < 0.0) else None
+    scale = reference**-2.0
+
+    def rates(square: Floats) -> Complexes:
+        s2 = square + kappa * square[::-1] if crossed else square
+        relative = np.maximum(s2 * scale, _TINY)
+        power = np.exp(half * np.log(relative))
+        if largest is not None:
+            power = np.minimum(power, largest)
+        found: Complexes = linear - friction * power
+        if slips:
+            with np.errstate(all="ignore"):  # columns of other laws are not used
+                slipping = macro_slip_rates(own, np.sqrt(relative) * reference, reference)
+            found = np.where(J >= 0.0, slipping, found)
+        return found
+
     return rates
 
 
@@ -307,4 +316,4 @@ class SlowLaw:
         square = np.stack(np.broadcast_arrays(*np.abs(amplitudes))) ** 2
         extra = (1,) * (square.ndim - 1)
         own = parts(self.values, self.form.modes)[0].reshape(WIDTH, -1, *extra)
-        return complex_rates(own, square, self.reference.reshape(-1, *extra))
+        return complex_rates(own, self.reference.reshape(-1, *extra))(square)
