@@ -34,6 +34,7 @@ def test_claims_of_the_paper_are_reproduced_but_for_these():
     assert {n for n, v in verdicts.items() if v.startswith("depends")} == UNDETERMINED
 
 
+@pytest.mark.slow
 @pytest.mark.oracle
 def test_the_upwind_scheme_converges_to_the_contact_problem_with_order_1_in_full_slip():
     reduced, law = rom.reduce(rom.two_mass(), formulation="paper"), rom.Tanh(2.0, 0.02)

@@ -55,6 +55,7 @@ def test_integrators_of_importers_agree_with_the_run_of_the_scene(name, tmp_path
         assert differences(way[1], expected).max() < 1e-4
 
 
+@pytest.mark.parametrize("fmi", [3, pytest.param(2, marks=pytest.mark.slow)], indirect=True)
 def test_a_recording_through_an_fmu_has_the_bits_of_the_run(fmi, tmp_path, shipped_scene):
     path = export_fmu("two-mode", tmp_path / f"für FMI {fmi}.fmu", fmi, headroom=1.0)
     expected = channels(shipped_scene("two-mode"))

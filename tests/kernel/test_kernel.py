@@ -32,11 +32,9 @@ def spoiled(sanitized, name, seed, times):
     return set(done.stdout.split())
 
 
-@pytest.mark.parametrize("name", ["lift-off", "tone"])
-def test_spoiled_calls_are_refused_or_have_finite_results(sanitized, name):
+def test_spoiled_calls_are_refused_or_have_finite_results(sanitized):
     """Nor do they change a state, keep memory, or read beyond an array."""
-    reached = "sm_tone_step" if name == "tone" else "sm_component_step"
-    assert reached in spoiled(sanitized, name, 1, 4)
+    assert "sm_tone_step" in spoiled(sanitized, "tone", 1, 4)
 
 
 @pytest.mark.slow

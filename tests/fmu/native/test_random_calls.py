@@ -12,7 +12,7 @@ from native import run
 
 from slipmode import fmu, rom
 
-FEW, MANY = 400, 50_000  # sequences of about 25 calls
+FEW, MANY = 150, 50_000  # sequences of about 25 calls
 
 
 @pytest.fixture(scope="module", params=["contact motion", "friction limit", "elastic", "none"])

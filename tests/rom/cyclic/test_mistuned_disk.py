@@ -30,8 +30,8 @@ def near(disk, law, *parts):
     ("contacts", "law", "with_local"),
     [
         (TIPS, rom.Jenkins(1.0, 2e4), 0.01),
-        (TIPS, rom.Jenkins(1.0, 2e5), 0.01),
-        (TWO, rom.Jenkins((1.0, 0.6), (5e4, 3e4)), None),
+        pytest.param(TIPS, rom.Jenkins(1.0, 2e5), 0.01, marks=pytest.mark.slow),
+        pytest.param(TWO, rom.Jenkins((1.0, 0.6), (5e4, 3e4)), None, marks=pytest.mark.slow),
         (TIPS, rom.Sliders((0.3, 0.5, 1.0), (5e4, 3e4, 2e4)), None),
     ],
 )

@@ -28,8 +28,8 @@ def near(law, part):
     # Contacts move up to 13, 5 and 2 times as far as they stick.
     ("stiffness", "limit", "force", "span"),
     [
-        (2e4, 1.0, 6.0, (0.96, 1.01)),
-        (2e5, 4.0, 10.0, (0.93, 1.0)),
+        pytest.param(2e4, 1.0, 6.0, (0.96, 1.01), marks=pytest.mark.slow),
+        pytest.param(2e5, 4.0, 10.0, (0.93, 1.0), marks=pytest.mark.slow),
         (2e5, 10.0, 10.0, (0.96, 1.02)),
     ],
 )
@@ -67,7 +67,9 @@ def test_a_sweep_through_resonance_is_that_of_all_sectors(stiffness, limit, forc
 
 @pytest.mark.oracle
 @pytest.mark.filterwarnings("ignore:internal resonance")
-@pytest.mark.parametrize(("stiffness", "limit"), [(2e4, 1.0), (2e5, 4.0)])
+@pytest.mark.parametrize(
+    ("stiffness", "limit"), [(2e5, 4.0), pytest.param(2e4, 1.0, marks=pytest.mark.slow)]
+)
 def test_the_end_is_the_steady_state_of_all_sectors(stiffness, limit):
     """Contacts are local, 0.6 % at most, and another reference frequency changes less than 1 %."""
     law = rom.Jenkins(limit, stiffness)

@@ -87,7 +87,9 @@ def orders(errors):
 
 
 @pytest.mark.oracle
-@pytest.mark.parametrize("name", ["two masses", 1, 3, "bar"])
+@pytest.mark.parametrize(
+    "name", ["two masses", 3, *(pytest.param(n, marks=pytest.mark.slow) for n in (1, "bar"))]
+)
 def test_tanh_friction_agrees_with_radau_to_fourth_order(name):
     """Of two limits, of relative contacts in a chain, of 30 contacts on a bar."""
     times = np.linspace(0.0, 8.0, 21)

@@ -112,10 +112,10 @@ def test_of_elastic_contacts(law, modes, tolerance):
 
 
 FAMILY = [
-    *((0, 2, None), (3, 2, None)),
+    (3, 2, None),
     *((1, 1, 7.0), (2, 1, 7.0)),  # a mode near the seventh harmonic of the contacts
     # a quarter of the reference solutions of seed 6 do not converge
-    *(pytest.param(seed, 2, None, marks=pytest.mark.slow) for seed in (4, 5, *range(7, 12))),
+    *(pytest.param(seed, 2, None, marks=pytest.mark.slow) for seed in (0, 4, 5, *range(7, 12))),
     *(pytest.param(seed, 2, 3.0, marks=pytest.mark.slow) for seed in range(3)),
 ]
 

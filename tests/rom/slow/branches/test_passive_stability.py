@@ -13,7 +13,7 @@ pytestmark = pytest.mark.filterwarnings("ignore::slipmode.rom.ValidityWarning")
 
 
 @pytest.mark.oracle
-@pytest.mark.parametrize("seeds", [range(2), pytest.param(range(2, 100), marks=pytest.mark.slow)])
+@pytest.mark.parametrize("seeds", [range(1), pytest.param(range(1, 100), marks=pytest.mark.slow)])
 def test_no_hopf_point_and_no_fold_of_drawn_structures(seeds):
     """Jenkins and Iwan contacts with constant normal loads, forced up to well beyond slip."""
     curves = 0
