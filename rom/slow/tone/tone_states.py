@@ -28,7 +28,7 @@ from slipmode.rom.slow.tone.tone_modes import ToneModes
 from slipmode.rom.slow.tone.tone_response import ToneResponse
 from slipmode.rom.structure.force_vector import force_vectors
 from slipmode.rom.table.local.local_contacts import LocalContacts
-from slipmode.rom.table.local.tone_model import ToneModel, local_contacts
+from slipmode.rom.table.local.tone_model import ToneModel, contacts_near
 from slipmode.rom.validity import Finding, warn
 
 ToneForce = Mapping[int, complex] | ArrayLike
@@ -169,7 +169,7 @@ class ForcedTone:
         modes = [response.tone_modes(nu) for response, nu in each]
         near = zip(modes, frequency.tolist(), strict=True)
         own = np.array([np.diag(each.flexibility(nu)) for each, nu in near])
-        return modes, local_contacts(self.model.reduced, self.model.law, frequency, own), own
+        return modes, contacts_near(self.model, frequency, own), own
 
     def transient_findings(self, frequency: Floats) -> list[Finding]:
         """Report that transients near frequencies (tones,) [rad/s] have large errors."""

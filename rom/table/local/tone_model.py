@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from typing import Any, NoReturn, Self
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -89,6 +90,18 @@ class ToneModel:
     def check_mode(self, mode: int) -> NoReturn:
         """Refuse a function that needs a table of one mode."""
         raise SlipmodeError(_NO_TABLE)
+
+
+_kept: WeakKeyDictionary[ToneModel, tuple[bytes, LocalContacts]] = WeakKeyDictionary()
+
+
+def contacts_near(model: ToneModel, frequency: Floats, at_carrier: Complexes) -> LocalContacts:
+    """Return the `local_contacts` of a model; it keeps the last ones, which take seconds."""
+    key = frequency.tobytes() + at_carrier.tobytes()
+    if model not in _kept or _kept[model][0] != key:
+        found = local_contacts(model.reduced, model.law, frequency, at_carrier)
+        _kept[model] = key, found
+    return _kept[model][1]
 
 
 def local_contacts(
