@@ -96,7 +96,7 @@ def load_and_use(path):
     component.do_step(0.0, 1e-3)
 
 
-@pytest.mark.parametrize("count", [300, pytest.param(20_000, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("count", [150, pytest.param(20_000, marks=pytest.mark.slow)])
 def test_no_model_file_raises_anything_but_a_refusal(count, tmp_path):
     reduced = rom.reduce(rom.two_mass(), modes=(0,))
     models = [

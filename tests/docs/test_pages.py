@@ -69,7 +69,7 @@ PAGES = sorted(path.relative_to(DOCS).as_posix() for path in DOCS.rglob("*.md"))
 SLOW = ["guide/curves.md"]
 SLOW += [
     f"tutorials/{page}.md"
-    for page in ("bladed-disk", "choosing", "measured-decays", "own-beam", "studies")
+    for page in ("blade-flutter", "bladed-disk", "choosing", "measured-decays", "own-beam", "studies")
 ]
 TUTORIALS = [page for page in PAGES if any(b.language == "python" for b in blocks(page))]
 NOT_OURS = ("make", "pip", ".venv/bin/python", "cp", "rerun")

@@ -1,6 +1,7 @@
 """The component's contract: steps, inputs, state, traces, refusals, the end of the table."""
 
 from concurrent.futures import ThreadPoolExecutor
+from functools import cache
 
 import numpy as np
 import pytest
@@ -37,12 +38,16 @@ def elastic_component(name="mixed", modes=(0, 1), scale=1.0, **inputs):
     return made
 
 
-def tone_component():
+@cache
+def tone_model():
     """Two modes of the shipped plate on one tone."""
     plate = rom.load_structure(shipped_scenes()["square-plate"].with_suffix(".npz"))
     law = rom.Jenkins(0.8, 1e4)
-    model = rom.tabulate(rom.reduce(plate, (1, 2), law=law, tones=(0, 0)), law)
-    made = Component(model, [{13: 1.0}], contact=True, elastic=(0, 13), warned=False)
+    return rom.tabulate(rom.reduce(plate, (1, 2), law=law, tones=(0, 0)), law)
+
+
+def tone_component():
+    made = Component(tone_model(), [{13: 1.0}], contact=True, elastic=(0, 13), warned=False)
     made.set_inputs(force_A=1.0, frequency_A=1725.0, phase_rate_A=0.1)
     return made
 

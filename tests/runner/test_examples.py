@@ -74,6 +74,7 @@ def test_coupled_structures_are_as_exact_as_their_master():
     assert moved[-1] < 1e-4 and abs(moved_energy[-1]) < 1e-6  # balanced
 
 
+@pytest.mark.slow
 def test_the_plate_turns_from_one_mode_to_the_other():
     """Frequencies of both peaks where the damper sticks and slips [Hz]."""
     _, found = example("square_plate_picture").curves()

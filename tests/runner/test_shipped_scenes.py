@@ -62,7 +62,8 @@ def test_a_shipped_scene_records_what_it_asks_for_without_a_warning(name, shippe
     assert np.ptp(np.diff(time)) < 1e-8
 
 
-@pytest.mark.parametrize("name", ["one-mode", pytest.param("lap-joint", marks=pytest.mark.slow)])
+@pytest.mark.slow  # scene/test_shared_tone.py has one in `make test`
+@pytest.mark.parametrize("name", ["one-mode", "lap-joint"])
 def test_rerun_recordings_of_shipped_scenes_are_valid(name, shipped_scene):
     assert shipped_scene(name).rrd.name == f"{name}.rrd"
     assert verified(shipped_scene(name).rrd)

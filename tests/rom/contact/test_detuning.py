@@ -20,7 +20,7 @@ def modal_force(reduced, structure, size):
 
 @pytest.mark.oracle
 @pytest.mark.filterwarnings("ignore::slipmode.rom.ValidityWarning")
-@pytest.mark.parametrize("apart", [-0.05, 0.05])
+@pytest.mark.parametrize("apart", [0.05, pytest.param(-0.05, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("name", FORCED)
 def test_one_mode_forced_off_the_carrier_moves_as_by_time_integration(name, apart):
     given, law, size, detuned = FORCED[name]

@@ -75,7 +75,7 @@ def test_elastic_contacts_converge_with_the_steps(law):
 
 
 @pytest.mark.oracle
-@pytest.mark.parametrize("contacts", [2, 10, 60])
+@pytest.mark.parametrize("contacts", [2, 10, pytest.param(60, marks=pytest.mark.slow)])
 def test_contacts_of_a_bar_are_one_contact_in_the_limit_of_a_stiff_bar(contacts):
     """With order 1 in its flexibility, whether or not they slip one after the other."""
 

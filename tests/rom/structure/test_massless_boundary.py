@@ -70,7 +70,9 @@ def integrated(K, F, Omega, periods, steps):
 @pytest.mark.oracle
 @pytest.mark.skipif(not DATA.exists(), reason="the model of NLstep is not beside the repository")
 @pytest.mark.filterwarnings("ignore:frequency is far from mode")
-@pytest.mark.parametrize("hertz", [7.0, 180.0])  # of the test, far below the modes; resonance
+@pytest.mark.parametrize(  # of the test, far below the modes; resonance
+    "hertz", [7.0, pytest.param(180.0, marks=pytest.mark.slow)]
+)
 def test_the_squeak_rig(hertz):
     factor, periods, steps = {7.0: (7.8, 4, 2000), 180.0: (3.0, 40, 200)}[hertz]
     given, Omega = np.load(DATA), 2.0 * np.pi * hertz

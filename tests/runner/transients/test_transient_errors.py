@@ -120,7 +120,9 @@ def decision(plan):
 
 
 @pytest.mark.oracle
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize(
+    "name", ["slider", "lift-off", pytest.param("l-frame", marks=pytest.mark.slow)]
+)
 def test_the_estimate_of_slow_time_is_not_below_the_true_error(tmp_path, l_frame_run, name):
     if name == "l-frame":
         recording, error, own = l_frame_run("slow")

@@ -74,11 +74,14 @@ def test_no_view_of_a_scene_is_empty(name, tmp_path, viewer, shipped_scene):
         assert shown > (MARK if view.startswith(DRAWINGS) else LEGEND), view
 
 
-def test_a_screenshot_is_a_small_picture_of_all_views(tmp_path, capsys, viewer, shipped_scene):
+def test_a_screenshot_is_a_small_picture_of_all_views(tmp_path, capsys, shipped_scene):
     recording = shipped_scene("one-mode")
     out = tmp_path / "views.png"
-    assert main(["replay", str(recording.mcap), "--screenshot", str(out), "--headless"]) == 0
-    assert capsys.readouterr().out == f"{out}\n"
+    status = main(["replay", str(recording.mcap), "--screenshot", str(out), "--headless"])
+    printed = capsys.readouterr()
+    if "it needs a graphics driver" in printed.err:
+        pytest.skip("no software renderer on this machine")
+    assert status == 0 and printed.out == f"{out}\n"
     picture = decoded(out.read_bytes())
     assert picture.shape == (1080, 1920, 3)
     assert coloured(picture) > 10_000
