@@ -77,7 +77,7 @@ def test_slopes_at_the_nodes_are_those_of_the_closed_form():
 
 
 def test_powers_of_the_table_are_what_sliders_dissipate():
-    model, points = weak((0, 1), 4e-3), drawn((0, 1))
+    model, points = weak((0, 1), 1e-2), drawn((0, 1))
     most = 2.0 * model.accuracy.total * np.abs(exact([ENDS])[0]) * ENDS @ CARRIER
     lost = sum(
         Omega / (2.0 * np.pi) * np.array([jenkins_dissipation(2 * a, mu_N, k) for a in column])

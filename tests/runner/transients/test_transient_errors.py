@@ -126,6 +126,7 @@ def decision(plan):
 def test_the_estimate_of_slow_time_is_not_below_the_true_error(tmp_path, l_frame_run, name):
     if name == "l-frame":
         recording, error, own = l_frame_run("slow")
+        assert error[0] > 5.0 * l_frame_run("auto")[1][0]
     else:
         scene, forces, shapes = from_rest(tmp_path, CASES[name], "slow")
         recording = runner.run(scene, tmp_path)
@@ -142,7 +143,6 @@ def test_stretches_at_full_order_keep_the_run_within_what_is_allowed(l_frame_run
     recording, error, own = l_frame_run("auto")
     assert recording.plan.full_order
     assert np.all(error <= ALLOWED + TABLE_TOLERANCE + own)
-    assert l_frame_run("slow")[1][0] > 5.0 * error[0]
 
 
 @pytest.mark.parametrize(
