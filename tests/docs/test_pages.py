@@ -66,7 +66,7 @@ def run_command(line):
 
 
 PAGES = sorted(path.relative_to(DOCS).as_posix() for path in DOCS.rglob("*.md"))
-SLOW = ["guide/curves.md"]
+SLOW = ["guide/curves.md", "guide/loops.md", "guide/saved-models.md"]
 SLOW += [
     f"tutorials/{page}.md"
     for page in ("blade-flutter", "bladed-disk", "choosing", "measured-decays", "own-beam", "studies")

@@ -18,10 +18,14 @@ from slipmode.__main__ import main
 from slipmode.runner import export_fmu, load_scene, shipped_scenes
 
 SHIPPED = [
-    pytest.param(name, marks=[] if name in ("one-mode", "two-mode") else [pytest.mark.slow])
+    pytest.param(name, marks=[] if name == "one-mode" else [pytest.mark.slow])
     for name in shipped_scenes()
     if load_scene(name).tabulated
 ]
+# The other one runs with `make test-all`.
+ONE_VERSION = pytest.mark.parametrize(
+    "fmi", [3, pytest.param(2, marks=pytest.mark.slow)], indirect=True
+)
 
 
 def channels(recording):
@@ -55,7 +59,7 @@ def test_integrators_of_importers_agree_with_the_run_of_the_scene(name, tmp_path
         assert differences(way[1], expected).max() < 1e-4
 
 
-@pytest.mark.parametrize("fmi", [3, pytest.param(2, marks=pytest.mark.slow)], indirect=True)
+@ONE_VERSION
 def test_a_recording_through_an_fmu_has_the_bits_of_the_run(fmi, tmp_path, shipped_scene):
     path = export_fmu("two-mode", tmp_path / f"für FMI {fmi}.fmu", fmi, headroom=1.0)
     expected = channels(shipped_scene("two-mode"))
@@ -139,6 +143,7 @@ def test_fmpy_comes_from_the_stimuli_of_an_fmu_to_its_reference_results(tmp_path
 # The command
 
 
+@ONE_VERSION
 @pytest.mark.parametrize(
     ("name", "sweep", "tolerance"), [("one-mode", 0.0, 1e-12), ("square-plate", 5.0 * np.pi, 1e-5)]
 )

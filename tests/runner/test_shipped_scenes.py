@@ -17,7 +17,7 @@ from slipmode.runner import load_scene, shipped_scenes
 SHIPPED = ("beating", "blade", "bladed-disk", "force-step", "internal-resonance", "lap-joint")
 SHIPPED += ("one-mode", "sweep", "two-mode", "wedge-damper")
 OF_ONE_TONE = {"mistuned-disk", "square-plate"}  # see scene/test_shared_tone.py, test_disk_runs.py
-SLOW = {"beating", "sweep", "blade", "wedge-damper"}
+SLOW = {"beating", "blade", "force-step", "internal-resonance", "sweep", "wedge-damper"}
 
 
 def each(names):

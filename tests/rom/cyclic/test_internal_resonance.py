@@ -87,4 +87,4 @@ def test_a_combination_of_two_waves_near_a_mode_is_named():
     with pytest.warns(
         rom.ValidityWarning, match=r"harmonic \(2, -1\) .* mode 0 of nodal diameter -1"
     ):
-        rom.tabulate_waves(waves, (1e-6, 1e-6), ({2: 3.0}, {2: 3.0}), 1e-2)
+        rom.tabulate_waves(waves, (1e-6, 1e-6), ({2: 3.0}, {2: 3.0}), 0.1)

@@ -51,6 +51,7 @@ def test_every_blade_moves_as_in_the_ring(contacts, law, with_local):
         assert np.abs(local - expected).max() < with_local * size + own
 
 
+@pytest.mark.slow
 @pytest.mark.oracle
 def test_strong_shrouds_near_an_internal_resonance_converge():
     """Where Newton's method without secants did not converge."""

@@ -37,6 +37,7 @@ def test_stuck_contacts_leave_the_complex_solution(given, store):
         np.testing.assert_allclose(found, exact, atol=1e-12 * np.abs(exact).max())
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:friction hardly acts", "ignore:friction acts as a dashpot")
 def test_rigid_contacts_that_slide_without_force():
     """Time integration follows from the equivalent viscous damping: exact at the carrier."""

@@ -9,9 +9,8 @@ from slipmode import rom
 pytestmark = pytest.mark.oracle
 
 
-@pytest.mark.parametrize(
-    ("limit", "force"), [(0.5, 0.1), pytest.param(0.3, 0.1, marks=pytest.mark.slow)]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize(("limit", "force"), [(0.5, 0.1), (0.3, 0.1)])
 def test_a_jenkins_contact_dissipates_its_loop(limit, force):
     """Masing's loop 4 L (X - L / k_t) a cycle, by the displacements of the structure alone."""
     law = rom.Jenkins(limit, 20.0)

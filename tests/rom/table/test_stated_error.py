@@ -76,7 +76,7 @@ def check(reduced, law, amplitude, tolerance, onset=None, within=1.0, highest=15
         (Tanh(2.0, 0.005), (4.0,), 1e-3),
         (Tanh(2.0, 0.1), (4.0,), 1e-4),
         (Coulomb(2.0), (3.6, 1.5), 1e-2),
-        (Tanh(2.0, 0.02), (4.0, 2.0), 1e-3),
+        pytest.param(Tanh(2.0, 0.02), (4.0, 2.0), 1e-3, marks=pytest.mark.slow),
         # whose onset midpoints of the range pass beside
         pytest.param(
             *(Tanh(2.0, 0.002), (1.4, 0.13), 1e-3),

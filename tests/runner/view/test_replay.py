@@ -34,7 +34,8 @@ def test_what_was_written_is_read(whole):
     assert [(e.time, e.level, e.message) for e in data.events] == [(0.0, "info", "started")]
 
 
-def test_a_truncated_recording_is_replayed_with_a_warning_in_it(whole, tmp_path):
+def test_a_truncated_recording_is_replayed_with_a_warning_in_it(tmp_path):
+    whole = write(tmp_path / "run.mcap", 1000)
     replay(damaged(whole, tmp_path, lambda data: data[:-100]), save=tmp_path / "cut.rrd")
     assert verified(tmp_path / "cut.rrd")
     assert "cut short" in contents(tmp_path / "cut.rrd")

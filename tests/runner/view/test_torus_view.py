@@ -29,9 +29,10 @@ def distance(found, expected):
     ("changes", "bounds"),
     [
         ([], (0.01, 0.02)),  # linear interpolation between 32 phases of B
-        (
+        pytest.param(
             [('law = "tanh"', 'law = "coulomb"'), ("alpha", "# alpha"), ("[run]", "LIMITS[run]")],
             (0.01, 0.03),  # Coulomb friction has corners; 14 % without the scale of the limits
+            marks=pytest.mark.slow,
         ),
         ([("A = 0\nB = 1", "A = 1\nB = 0"), ("[forcing.A]", "[forcing.C]"),
           ("[forcing.B]", "[forcing.A]"), ("[forcing.C]", "[forcing.B]")], (0.02, 0.05)),

@@ -75,7 +75,7 @@ def from_rest(model, Omega, force):
     ("seed", "share", "error"),
     [
         (3, 0.03, 2e-3),
-        (1, 0.25, 1e-2),
+        pytest.param(1, 0.25, 1e-2, marks=pytest.mark.slow),
         pytest.param(0, 0.1, 8e-3, marks=pytest.mark.slow),
         pytest.param(2, 0.25, 1e-2, marks=pytest.mark.slow),
     ],
