@@ -67,10 +67,8 @@ def run_command(line):
 
 PAGES = sorted(path.relative_to(DOCS).as_posix() for path in DOCS.rglob("*.md"))
 SLOW = ["guide/curves.md", "guide/loops.md", "guide/saved-models.md"]
-SLOW += [
-    f"tutorials/{page}.md"
-    for page in ("blade-flutter", "bladed-disk", "choosing", "measured-decays", "own-beam", "studies")
-]
+LONG_TUTORIALS = "blade-flutter bladed-disk choosing measured-decays own-beam studies"
+SLOW += [f"tutorials/{page}.md" for page in LONG_TUTORIALS.split()]
 TUTORIALS = [page for page in PAGES if any(b.language == "python" for b in blocks(page))]
 NOT_OURS = ("make", "pip", ".venv/bin/python", "cp", "rerun")
 

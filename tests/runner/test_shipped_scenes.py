@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from beside_oracle import relative_rms, with_laws
 from oracles.system import Tanh
-from rrd import verified
 from runs import column, independent_reader, times_in
 from scene_motion import Force, integrated
 
@@ -60,13 +59,6 @@ def test_a_shipped_scene_records_what_it_asks_for_without_a_warning(name, shippe
     time = np.array(times_in(shipped.mcap, "/contact/0"))
     assert (time[0], time[-1]) == (window.start, window.end)
     assert np.ptp(np.diff(time)) < 1e-8
-
-
-@pytest.mark.slow  # scene/test_shared_tone.py has one in `make test`
-@pytest.mark.parametrize("name", ["one-mode", "lap-joint"])
-def test_rerun_recordings_of_shipped_scenes_are_valid(name, shipped_scene):
-    assert shipped_scene(name).rrd.name == f"{name}.rrd"
-    assert verified(shipped_scene(name).rrd)
 
 
 def forces_of(scene):

@@ -114,7 +114,9 @@ def test_two_modes_near_a_ratio_of_integers(ratio, seed, shares, error):
     assert (np.abs(found - true) <= error * np.abs(true) + own).all()
 
 
-@pytest.mark.parametrize(("seed", "distance"), [(1, -0.003), pytest.param(0, 0.003, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    ("seed", "distance"), [(1, -0.003), pytest.param(0, 0.003, marks=pytest.mark.slow)]
+)
 def test_backbones_by_harmonic_balance(seed, distance):
     """A force a quarter of a cycle ahead of the mode holds its amplitude."""
     given = case(seed, 1, MODE_SLIDERS, 3.0, distance, (0.03, 0.1))
