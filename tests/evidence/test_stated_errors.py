@@ -18,11 +18,8 @@ QUICK = {
     "backbone": (0, 4),
     "sweep": (1, 3),
     "rest": (0, 1, 2),
-    "fmu": (1,),
-    "force": (1,),
     "wave": (0, 1, 5),
-    "mistuned": (1,),
-    "identified": (1,),
+    **dict.fromkeys(("fmu", "force", "mistuned", "identified"), (1,)),
 }
 SLOW = {
     "direct": (1, 4, 7, 10, 15, 27, 42, 50),
@@ -33,11 +30,8 @@ SLOW = {
     "backbone": (10, *range(12, 29)),
     "sweep": (0, 2, 4, 5, 6, 16, 17),
     "rest": (3,),
-    "fmu": (2,),
-    "force": (2,),
     "wave": (4, 6),
-    "mistuned": (2,),
-    "identified": (2,),
+    **dict.fromkeys(("fmu", "force", "mistuned", "identified"), (2,)),
 }
 # Cases that fall short today, with their figures.
 SHORT = {

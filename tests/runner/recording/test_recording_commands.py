@@ -52,15 +52,22 @@ def test_a_sound_recording_has_no_complaints(whole, capsys):
     assert capsys.readouterr().out.startswith(f"{whole}: sound\nnext: ")
 
 
-def test_doctor_notices_a_flip_of_any_byte(tmp_path):
+@pytest.mark.parametrize("every", [4, pytest.param(1, marks=pytest.mark.slow)])
+def test_doctor_notices_a_flip_of_any_byte_and_the_others_answer_or_refuse(tmp_path, every):
     whole = write(tmp_path / "run.mcap", 100)
     size = whole.stat().st_size
     summary = chunk_end(chunks(whole)[-1])
     rng = np.random.default_rng(2)
-    positions = [*range(8, 60), *rng.integers(60, size, 100), *rng.integers(summary, size, 100)]
-    for position in positions:
+    positions = [*range(8, 200), *rng.integers(60, size, 200), *rng.integers(summary, size, 100)]
+    for position in positions[::every]:
         path = damaged(whole, tmp_path, flip(position))
         assert doctor(path), f"byte {position} of {size}"
+        for function in (read, info, lambda path: recover(path, tmp_path / "out.mcap")):
+            try:
+                function(path)
+            except SlipmodeError as error:
+                assert str(path) in str(error)
+                assert "\n" not in str(error)
 
 
 def test_recordings_of_the_plain_writer_are_read_and_sound(tmp_path):

@@ -22,6 +22,7 @@ def informs(answers, alike=0.0):
     return [each.stated / each.true for each in answers if each.true > max(LARGE, each.own)]
 
 
+@pytest.mark.slow  # tests/evidence has two of them in `make test`
 @pytest.mark.filterwarnings("ignore::slipmode.rom.ValidityWarning")
 def test_backbones_state_their_errors():
     """Harmonic balance of damped nonlinear modes."""
