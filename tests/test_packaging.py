@@ -22,6 +22,7 @@ pytestmark = [
 def run(*command, cwd, **environment):
     """Output of a command that must succeed."""
     ours = ("VIRTUAL_ENV", "SLIPMODE_CACHE", "XDG_CACHE_HOME", "MAKEFLAGS", "MAKELEVEL")
+    ours += ("PYTHONPYCACHEPREFIX",)
     kept = {k: v for k, v in os.environ.items() if k not in ours}
     done = subprocess.run(command, cwd=cwd, env=kept | environment, capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr
