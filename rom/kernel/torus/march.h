@@ -48,6 +48,7 @@ struct sm_march {
     void *lines;         /* sm_rigid_lines or sm_elastic_lines */
     size_t points;       /* capacity: points that are marched side by side */
     size_t memory;       /* doubles of the memory of a point, if it is unknown; else 0 */
+    int settling;        /* periods of an evaluation, in which memory that is not unknown settles */
     size_t requested;    /* the first harmonics, whose tolerance is not relaxed */
     int plain;           /* 1: half periods of rigid contacts with relaxed iterations of the
                             response; 0: whole periods with Anderson's acceleration */

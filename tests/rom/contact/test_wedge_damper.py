@@ -50,12 +50,22 @@ def model():
     return rom.tabulate(reduced, rest.law, (3.3e-3,), tolerance=1e-2)
 
 
+@cache
+def model_of_two():
+    """Warns of harmonics that other modes answer: the difference of both tones is near mode 0."""
+    rest, _ = loaded()
+    with pytest.warns(rom.ValidityWarning, match="response to harmonics above the fifth"):
+        reduced = rom.reduce(damper(), (MODE, 1), law=rest.law)
+        return rom.tabulate(reduced, rest.law, (3.3e-3, 1e-3), tolerance=1e-2)
+
+
 @pytest.mark.oracle
 @pytest.mark.skipif(not REFERENCE.exists(), reason="needs published/ of the shared data")
-def test_frequency_and_damping_are_the_published_ones():
-    """Measured: within 0.03 % and 2.5 %."""
+@pytest.mark.parametrize("table", [model, pytest.param(model_of_two, marks=pytest.mark.slow)])
+def test_frequency_and_damping_are_the_published_ones(table):
+    """Measured: within 0.03 % and 2.5 %; by two modes 0.16 % and 1.7 %."""
     amplitude, frequency, damping = np.genfromtxt(REFERENCE, delimiter=",", skip_header=2).T
-    found = rom.backbone(model(), amplitude=0.5 * amplitude)
+    found = rom.backbone(table(), amplitude=0.5 * amplitude)
     np.testing.assert_allclose(found.frequency / (2.0 * np.pi), frequency, rtol=2e-3)
     np.testing.assert_allclose(found.damping, 0.01 * damping, rtol=0.03)
 

@@ -50,6 +50,12 @@ void sm_elastic_lines_displace(sm_elastic_lines *e, const double *amplitude, con
  * harmonics. */
 sm_status sm_elastic_lines_step(sm_elastic_lines *e, size_t first, size_t count, double weight);
 
+/* Returns whether sm_place_stuck_sliders applies to an element. In two directions the memory is
+ * unknown, and the search finds it. */
+static inline int sm_placed(const sm_element *element) {
+    return element->law == SM_FRICTIONAL && element->tangents == 1;
+}
+
 /* Updates the bounds between which a slider sticks for the whole period, for displacements x (N_c)
  * of line p. */
 void sm_bound_sliders(sm_elastic_lines *e, size_t p, const double *x);

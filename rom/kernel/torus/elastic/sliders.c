@@ -13,17 +13,11 @@
  * and 0.5 it takes the fewest periods on the wedge damper of tests/rom/contact/test_wedge_damper.py. */
 #define FORWARD 0.3
 
-/* Returns whether sm_place_stuck_sliders applies to an element. In two directions the memory is
- * unknown, and the search finds it. */
-static int bounded(const sm_element *element) {
-    return element->law == SM_FRICTIONAL && element->tangents == 1;
-}
-
 void sm_bound_sliders(sm_elastic_lines *e, size_t p, const double *x) {
     const sm_elastic *elastic = e->contact->elastic;
     for (int32_t k = 0; k < elastic->elements; k++) {
         const sm_element *element = &elastic->element[k];
-        if (!bounded(element)) continue;
+        if (!sm_placed(element)) continue;
         const double N = element->preload
                          + element->normal_stiffness * (x[element->column[1]] - element->gap);
         const double limit = element->friction * fmax(N, 0.0), k_t = element->tangential_stiffness;
@@ -84,7 +78,7 @@ void sm_place_stuck_sliders(sm_elastic_lines *e) {
     for (int32_t k = 0; k < elastic->elements; k++) {
         const sm_element *element = &elastic->element[k];
         const double low = e->bounds[2 * k], high = -e->bounds[2 * k + 1];
-        if (bounded(element) && low < high) {
+        if (sm_placed(element) && low < high) {
             const double side = low > 0.0 ? 1.0 : -1.0, bound = low > 0.0 ? low : high;
             const double from = mean(e, e->memory_at_start + at), now = mean(e, e->memory + at);
             const double further = 1.0 / lag(e, element, side) - 1.0;

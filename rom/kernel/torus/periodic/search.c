@@ -138,10 +138,10 @@ static sm_status iterate_from_guesses(sm_search *s) {
         start(s, guess + m->first * s->harmonics, s->harmonics);
     else if (s->follows)
         m->law->start(s->march, NULL);
-    if (guess || s->follows) status = iterate(s, 1, 1.0);
+    if (guess || s->follows) status = iterate(s, m->settling, 1.0);
     if (status != SM_OK || !any_open(s, NEAR_SOLUTION)) return status;
     start(s, response ? response->start : NULL, 0);
-    return iterate(s, 1, 1.0);
+    return iterate(s, m->settling, 1.0);
 }
 
 /* Continues the points from small amplitudes, at which the contacts stick, to their amplitudes. */
@@ -153,7 +153,7 @@ static sm_status continue_from_rest(sm_search *s) {
         for (size_t p = 0; p < s->march->count; p++)
             for (size_t i = 0; i < s->harmonics && !s->point[p].done; i++)
                 sm_search_unknowns(s, p)[i] *= part / reached;
-        status = iterate(s, 1, part);
+        status = iterate(s, s->march->settling, part);
         reached = part;
     }
     return status;
@@ -173,7 +173,7 @@ static sm_status solve(sm_search *s) {
     }
     status = iterate_from_guesses(s);
     if (status == SM_OK && any_open(s, NEAR_SOLUTION) && !has_start) status = continue_from_rest(s);
-    for (int periods = 4; periods <= MOST_AVERAGED && status == SM_OK; periods *= 4)
+    for (int periods = 4 * m->settling; periods <= MOST_AVERAGED && status == SM_OK; periods *= 4)
         if (any_open(s, 0.0)) status = iterate(s, periods, 1.0);
     if (status != SM_OK || !any_open(s, 0.0)) return status;
     status = evaluate(s, MOST_AVERAGED);

@@ -122,6 +122,7 @@ sm_status sm_rigid_make(sm_march *m) {
     r->grid.stepper.tolerance = r->coarse.stepper.tolerance =
         fmin(fmax(STAGE_RESIDUAL * fine->tolerance, SM_SMOOTH_TOLERANCE), LARGEST_STAGE_RESIDUAL);
     m->points = (size_t)r->grid.points_per_group;
+    m->settling = 1;
     m->requested = (size_t)fine->orders_count;
     m->response = r->group.response;
     m->Y = r->group.Y;
