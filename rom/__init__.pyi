@@ -2,8 +2,8 @@
 
 from . import full as full
 from .contact.problem import ContactProblem as ContactProblem
-from .contact.static_preload import Preload as Preload
-from .contact.static_preload import preload as preload
+from .contact.rest.static_preload import Preload as Preload
+from .contact.rest.static_preload import preload as preload
 from .contact.torus.grid import Discretisation as Discretisation
 from .cyclic.aerodynamics import influence_coefficients as influence_coefficients
 from .cyclic.diagrams import CampbellDiagram as CampbellDiagram

@@ -9,7 +9,7 @@ import numpy as np
 
 from slipmode.rom import Model, SlipmodeError, Structure
 from slipmode.rom.arrays import Floats
-from slipmode.rom.contact.static_preload import Preload, loaded_by_friction
+from slipmode.rom.contact.rest.static_preload import Preload, loaded_by_friction
 from slipmode.rom.errors import naming
 from slipmode.rom.laws.friction import RigidFriction
 from slipmode.rom.laws.states import STATES

@@ -10,7 +10,7 @@ from typing import cast
 import numpy as np
 
 from slipmode.rom import Contacts, Coulomb, Friction, FrictionalContact, Structure, Tanh
-from slipmode.rom.contact.static_preload import Preload
+from slipmode.rom.contact.rest.static_preload import Preload
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.laws.friction import RigidFriction, is_homogeneous, limits

@@ -16,7 +16,7 @@ import numpy as np
 import scipy
 
 from slipmode.rom.arrays import Floats
-from slipmode.rom.contact.static_preload import Preload, preload
+from slipmode.rom.contact.rest.static_preload import Preload, preload
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.laws.law_record import law_of, record_of

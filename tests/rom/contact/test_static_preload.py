@@ -243,6 +243,27 @@ def test_unloading_leaves_the_tractions_of_the_largest_force():
         )
 
 
+@pytest.mark.parametrize("push", [0.0, 20.0])
+def test_equilibria_of_all_limits_in_two_directions_are_within_friction(push):
+    """Of two bodies on inclined surfaces, with a spring between them."""
+    law = replace(SURFACE, tangents=2)
+    W = np.zeros((6, 6))
+    W[[0, 1, 2], [0, 1, 2]] = 1.0
+    W[3:, 3:] = np.linalg.qr(np.random.default_rng(2).normal(size=(3, 3)))[0]
+    K = 10.0 * np.eye(6) + 20.0 * np.kron([[1.0, -1.0], [-1.0, 1.0]], np.eye(3))
+    body = rom.Structure(np.eye(6), K, 0.01, contact=W)
+    force = np.concatenate(([push, 0.0, 60.0], W[3:, 5] * 50.0))
+    ends = rom.preload(body, law, force, bounds=True)
+    assert len(ends) >= 4
+    for each in ends:
+        left = body.stiffness @ each.displacement + body.directions @ each.contact_force
+        np.testing.assert_allclose(left, force, atol=1e-8)
+        assert each.tangential_share.max() <= 1.0
+    N = np.array([each.normal_force for each in ends])
+    direct = quiet(body, law, force).normal_force
+    assert np.all((N.min(axis=0) < direct) & (direct < N.max(axis=0)))
+
+
 # Refusals
 
 

@@ -6,12 +6,14 @@ import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
+from typing import Literal, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from slipmode.rom import kernel
 from slipmode.rom.arrays import Floats, in_one_line
+from slipmode.rom.contact.rest.admissible_tractions import admissible_slips
 from slipmode.rom.errors import SlipmodeError, ValidityWarning
 from slipmode.rom.laws.contacts import Contacts, Elastic, ElasticLaw
 from slipmode.rom.laws.elements import FRICTIONAL, SLIDERS, Elements
@@ -62,14 +64,38 @@ class Preload:
     tangential_share: Floats
 
 
+StaticLoad = Mapping[int, float] | ArrayLike
+
+
+@overload
 def preload(
     structure: Structure,
     law: Elastic,
-    static_force: Mapping[int, float] | ArrayLike,
+    static_force: StaticLoad,
     *,
-    history: Sequence[Mapping[int, float] | ArrayLike] = (),
+    history: Sequence[StaticLoad] = (),
+    bounds: Literal[False] = False,
     warned: bool = True,
-) -> Preload:
+) -> Preload: ...
+@overload
+def preload(
+    structure: Structure,
+    law: Elastic,
+    static_force: StaticLoad,
+    *,
+    history: Sequence[StaticLoad] = (),
+    bounds: Literal[True],
+    warned: bool = True,
+) -> tuple[Preload, ...]: ...
+def preload(
+    structure: Structure,
+    law: Elastic,
+    static_force: StaticLoad,
+    *,
+    history: Sequence[StaticLoad] = (),
+    bounds: bool = False,
+    warned: bool = True,
+) -> Preload | tuple[Preload, ...]:
     """Return the static equilibrium under a constant force, such as bolts or centrifugal load.
 
     The contacts close, open, stick or slip by their law. The full load is applied in one step,
@@ -86,19 +112,24 @@ def preload(
         Static force F [N].
     history : sequence of static forces, optional
         Forces that acted before F, in their order. Each replaces the one before.
+    bounds : bool, default False
+        Return several equilibria of all that friction can hold under F, whatever the history: for
+        each contact that touches, those from its least to its largest friction limit mu N, in
+        steps of at most a factor of 2. Contacts that are open after the history stay open.
     warned : bool, default True
         Warn of neglected forces at rest. A scene reports them in its plan instead.
 
     Returns
     -------
-    Preload
+    Preload, or with `bounds` a tuple of them
         Equilibrium, and the law for vibration about it.
 
     Raises
     ------
     SlipmodeError
         If the law has no normal direction, nothing holds the structure under the force, or all
-        contacts are open; if there is a `history` and a contact is no FrictionalContact.
+        contacts are open; if there is a `history` or `bounds` and a contact is no
+        FrictionalContact.
 
     Warns
     -----
@@ -117,6 +148,9 @@ def preload(
     with one tangential direction slip as far as they must (shakedown), and no further. In runs and
     time integration the transient decides. Two histories with the same last force, one without
     unloading and one from a larger force, show how far the damping depends on the history.
+
+    With `bounds`, the damping by the laws of all equilibria shows the range for any history. On
+    drawn wedge dampers it contains that of random histories, but for 5 % of the largest damping.
 
     If `law` has neither preloads nor gaps, the static force is a factor on all forces of the
     returned law. A model for one static force then serves all others, with this factor as the
@@ -140,18 +174,16 @@ def preload(
         raise SlipmodeError(f"law: has no normal direction for a static force; give {_NORMAL}")
     loads = [force_vector(each, structure.n_dofs, "history") for each in history]
     loads.append(force_vector(static_force, structure.n_dofs, "static_force"))
-    if history and not frictional.all():
+    if (history or bounds) and not frictional.all():
         raise SlipmodeError(
-            "history: all contacts must be rom.FrictionalContact; other laws have no force at rest"
+            f"{'history' if history else 'bounds'}: all contacts must be rom.FrictionalContact; "
+            "other laws have no force at rest"
         )
     found = _under(structure, law, loads[0])
     for before, load in pairwise(loads):
-        further = _under(structure, found.law, load - before)
-        found = replace(
-            further,
-            displacement=found.displacement + further.displacement,
-            contact_force=found.contact_force + further.contact_force,
-        )
+        found = _after(found, _under(structure, found.law, load - before))
+    if bounds:
+        return _bounds(structure, found)
     if warned and (loaded := loaded_by_friction(found)):
         words = f"static force loads contacts whose law neglects it: {loaded}"
         warnings.warn(words, ValidityWarning, stacklevel=2)
@@ -161,15 +193,48 @@ def preload(
 def _under(structure: Structure, law: Elastic, F: Floats) -> Preload:
     """Return the equilibrium under a change F of the static force, from contacts at rest."""
     elements = law.elements(structure.n_contacts)
-    displacement, x_c, f = _equilibrium(structure, elements, F)
-    states = contact_states(elements, x_c[np.newaxis], f[np.newaxis])
-    state, N, gap = (each[0] for each in (states.state, states.normal_force, states.gap))
-    if np.all(state == OPEN):
+    found = _moved(law, elements, *_equilibrium(structure, elements, F))
+    if np.all(found.state == OPEN):
         raise SlipmodeError(
             "static_force: all contacts are open under this force; at least one must touch"
         )
+    return found
+
+
+def _moved(
+    law: Elastic, elements: Elements, displacement: Floats, x_c: Floats, f: Floats
+) -> Preload:
+    """Return the equilibrium after a displacement (n,), of contacts x_c, and a force f (N_c,)."""
+    states = contact_states(elements, x_c[np.newaxis], f[np.newaxis])
+    state, N, gap = (each[0] for each in (states.state, states.normal_force, states.gap))
     share = _tangential_share(elements, f, N)
     return Preload(_loaded(law, f, N, gap), displacement, f, state, N, gap, share)
+
+
+def _after(before: Preload, further: Preload) -> Preload:
+    """Return `further` with displacements and forces since the start of `before`."""
+    return replace(
+        further,
+        displacement=before.displacement + further.displacement,
+        contact_force=before.contact_force + further.contact_force,
+    )
+
+
+def _bounds(structure: Structure, found: Preload) -> tuple[Preload, ...]:
+    """Return the equilibria of all friction limits under the same force, or the only one."""
+    elements = found.law.elements(structure.n_contacts)
+    k_ref, W = elements.reference, as_dense(structure.directions)
+    tangential = np.concatenate([each["column"][: each["tangents"]] for each in elements.element])
+    slips = tangential[k_ref[tangential] > 0.0]
+    X = hold_stuck(structure, k_ref).solve(W[:, slips])
+    moved = W.T @ X
+
+    def after(y: Floats) -> Preload:
+        f = k_ref * (moved @ y)
+        f[slips] -= y
+        return _after(found, _moved(found.law, elements, X @ y, moved @ y, f))
+
+    return tuple(after(y) for y in admissible_slips(elements, moved)) or (found,)
 
 
 def loaded_by_friction(found: Preload) -> str | None:
