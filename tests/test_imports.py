@@ -89,7 +89,10 @@ def test_no_extra_is_needed_to_run_export_and_look(tmp_path):
             ("explore", "one-mode", "-o", "OUT"): ("ziglang", "explore"),
         },
         pytest.param({("study", DAMPER, "-o", "OUT"): ("zarr", "study")}, marks=pytest.mark.slow),
-        {("study", DAMPER, "-o", "OUT", "--scheduler", "tcp://a:1"): ("distributed", "dask")},
+        pytest.param(
+            {("study", DAMPER, "-o", "OUT", "--scheduler", "tcp://a:1"): ("distributed", "dask")},
+            marks=pytest.mark.slow,
+        ),
     ],
     ids=["runs", "exports", "studies", "clusters"],
 )

@@ -43,6 +43,7 @@ def test_flutter_has_a_stable_and_an_unstable_limit_cycle_until_friction_is_too_
     assert lost == ()
 
 
+@pytest.mark.slow
 @pytest.mark.oracle
 def test_blocks_on_meshes_that_do_not_match_are_in_equilibrium():
     """Pressed by a uniform pressure; stuck at first, slipping at twice the force."""

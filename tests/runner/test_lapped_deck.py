@@ -62,6 +62,7 @@ def test_joined_bodies_move_as_one_and_bolts_are_in_balance(deck, lap):
     assert free[:7] == pytest.approx([3.0] * 7, rel=1e-4)  # and apart along the bolts
 
 
+@pytest.mark.slow
 @pytest.mark.oracle
 def test_bolts_press_the_lap_and_friction_bends_its_backbone(example, lap):
     rest = rom.preload(lap.structure, lap.law, lap.bolts)

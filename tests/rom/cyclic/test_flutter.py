@@ -179,6 +179,7 @@ def test_a_limit_cycle_beside_an_engine_order():
 
 @pytest.mark.oracle
 @pytest.mark.filterwarnings("ignore::slipmode.rom.ValidityWarning")
+@pytest.mark.slow
 @pytest.mark.parametrize(("force", "grows"), [(1.6, False), (3.0, True)])
 def test_a_forced_wave_beyond_its_slip_threshold(force, grows):
     """It quenches the flutter, and leaves it little friction when it slips further."""

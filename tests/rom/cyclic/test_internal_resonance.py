@@ -23,6 +23,7 @@ def mistuned(tip, stiffness, limit):
     return law, omega, rom.MistunedDisk(disk, law, DEVIATION, highest=1e5)
 
 
+@pytest.mark.slow
 @pytest.mark.oracle
 def test_an_internal_resonance_is_named_and_included():
     law, omega, disks = mistuned(2.5e6, 2e5, 4.0)

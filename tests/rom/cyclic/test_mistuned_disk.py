@@ -104,6 +104,7 @@ def test_linear_factors_are_those_of_all_sectors_and_below_whiteheads():
     assert found.extreme_quantile(0.999)[0] < found.whitehead
 
 
+@pytest.mark.slow
 @pytest.mark.oracle
 def test_the_worst_of_some_disks_with_friction_is_that_of_the_ring():
     omega = near(DISK, LAW, *np.linspace(0.95, 1.02, 40))

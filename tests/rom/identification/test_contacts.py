@@ -167,6 +167,7 @@ def test_without_slip_only_a_product_of_stiffnesses_is_determined():
         assert fit.interval[name][1] > 10.0 * fit.interval[name][0]
 
 
+@pytest.mark.slow
 @pytest.mark.oracle
 def test_linear_properties_are_fitted_too():
     matrices = chain(2)[1]
@@ -184,6 +185,7 @@ def test_linear_properties_are_fitted_too():
     assert fit.parameters["mode 0.frequency"] == pytest.approx(natural[0] / natural[1], rel=5e-5)
 
 
+@pytest.mark.slow
 def test_a_fit_of_strong_contacts_is_corrected_for_their_harmonics():
     """Half the deviation of the points; uncorrected damping is wrong by up to 4 %."""
     groups = {"all": (rom.Jenkins(10.0, 1e5), [0, 1, 2])}

@@ -176,6 +176,7 @@ def test_quadratic_coupling_is_found(law):
     assert found.law.coupling == pytest.approx(q, abs=0.01)
 
 
+@pytest.mark.slow
 def test_an_oscillator_with_cubic_stiffness_and_damping():
     """x'' + 2 d x' + w^2 x + k x^3 + c x'^3 = 0: p = 2, g = 3 c v^2 / 8, h = -3 k v^2 / 8 w^3.
 

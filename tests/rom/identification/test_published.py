@@ -50,6 +50,7 @@ def test_damping_of_the_double_beam_is_that_of_other_fits(beam):
     assert beam.range[1, 0] == pytest.approx(0.01 * beam.range[1, 1])
 
 
+@pytest.mark.slow
 def test_one_mode_of_the_double_beam_alone(data):
     """The same damping by another fit of the envelopes: 0.05 % and A^1.10 (+- 0.16)."""
     alone = rom.identify(data, bands=BANDS[:1], law="power")

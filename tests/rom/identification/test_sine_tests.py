@@ -138,6 +138,7 @@ def hits(sets):
     return np.array(list(inside.values())) / sets
 
 
+@pytest.mark.slow
 @pytest.mark.oracle
 def test_intervals_contain_the_truth():
     assert hits(8).mean() >= 0.9

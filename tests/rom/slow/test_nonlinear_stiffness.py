@@ -131,6 +131,7 @@ def test_steady_states_harden_beside_friction_as_in_full_order(cubic, detuning, 
     assert a[stable, 0] == pytest.approx(found, rel=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.oracle
 def test_two_modes_harden_each_other_as_in_full_order():
     made = reduced((0, 1), 1e8)

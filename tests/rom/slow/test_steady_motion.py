@@ -44,6 +44,7 @@ def test_dofs_of_a_response_curve_move_as_in_harmonic_balance(chain):
         assert largest_difference(shape, exact) > 0.05
 
 
+@pytest.mark.slow
 @pytest.mark.oracle
 def test_a_peak_moves_dofs_as_in_harmonic_balance(chain):
     system, model = chain

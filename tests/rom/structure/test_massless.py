@@ -63,6 +63,7 @@ def test_a_free_beam_keeps_its_rigid_body_modes():
     np.testing.assert_allclose(angle[:-1], slope, atol=1e-6 * np.abs(slope).max())
 
 
+@pytest.mark.slow
 def test_a_rigid_contact_on_a_rotation_is_the_limit_of_small_inertia():
     """The error of a small inertia is proportional to it: extrapolate to none."""
     K, M = beam(8)

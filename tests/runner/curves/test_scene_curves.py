@@ -62,6 +62,7 @@ def test_a_curve_is_the_independent_steady_motion(contacts, laws):
         assert error <= curve.error[k, 0] + np.abs(row) @ exact.error[0]
 
 
+@pytest.mark.slow
 @pytest.mark.oracle
 def test_a_backbone_is_that_of_the_independent_harmonic_balance():
     found = scene_backbone(parse_scene(a_scene(JENKINS), "."))

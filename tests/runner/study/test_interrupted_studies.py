@@ -124,6 +124,7 @@ def test_after_a_lost_scheduler_the_computed_samples_stay(study_file, tmp_path):
     assert (done.found, done.failed) == (kept, 0)
 
 
+@pytest.mark.slow
 def test_a_recording_that_cannot_be_written_is_written_by_the_next_run(
     study_file, tmp_path, scheduler, caplog
 ):

@@ -12,6 +12,7 @@ SEEDS = '[[vary]]\nkey = "mistuning.seed"\nfrom = 0\nto = {last}\npoints = {poin
 CURVE = '[outputs]\ncurve = {mode = "A", from = 190.0, to = 204.0, points = 10}\n'
 
 
+@pytest.mark.slow
 def test_factors_are_those_of_the_disks(study_file, tmp_path, capsys):
     text = SEEDS.format(last=2, points=3) + '[[vary]]\nkey = "forcing.A.amplitude"\n'
     path = str(study_file(text + f"values = [0.1, 4.0]\n{CURVE}", SCENE))

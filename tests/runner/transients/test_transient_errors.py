@@ -138,6 +138,7 @@ def test_the_estimate_of_slow_time_is_not_below_the_true_error(tmp_path, l_frame
     assert any("transient error" in e.message for e in recording.read().events)
 
 
+@pytest.mark.slow
 @pytest.mark.oracle
 def test_stretches_at_full_order_keep_the_run_within_what_is_allowed(l_frame_run):
     recording, error, own = l_frame_run("auto")

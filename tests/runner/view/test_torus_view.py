@@ -47,6 +47,7 @@ def test_the_recorded_motion_lies_on_the_recorded_surface(tmp_path, changes, bou
         assert distance(on_surface(recorded, field), recorded["/contact/0"].column(field)) < bound
 
 
+@pytest.mark.slow
 @pytest.mark.oracle
 def test_phases_are_the_integrals_of_the_swept_frequencies(tmp_path):
     text = load_scene("sweep").text.replace("6000.0", "60.0").replace("6000,", "60,")

@@ -37,8 +37,9 @@ def iwan():
     return structure, law, np.loadtxt(PUBLISHED, delimiter=",", skiprows=2)
 
 
-@pytest.mark.parametrize("force", [1.0, pytest.param(2.0, marks=pytest.mark.slow)])
-@pytest.mark.parametrize("on_one_tone", [False, pytest.param(True, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("force", [1.0, 2.0])
+@pytest.mark.parametrize("on_one_tone", [False, True])
 @pytest.mark.filterwarnings("ignore::slipmode.rom.ValidityWarning")
 def test_the_published_resonance_1_to_3_of_an_iwan_joint(iwan, force, on_one_tone):
     """The third harmonic of mode A is 7 % below to 5 % above mode B, retained or not."""
