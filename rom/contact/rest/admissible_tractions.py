@@ -13,7 +13,7 @@ admissible.
 from __future__ import annotations
 
 import numpy as np
-import scipy.optimize
+import scipy
 
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
