@@ -21,12 +21,11 @@ from slipmode.rom.laws.elements import Elements
 
 # Sides of the polygon within the circle of friction in two directions: mu is up to 2 % less.
 _SIDES = 16
-_FEASIBLE = 1e-10  # tolerance of the linear programs, the least that HiGHS allows [-]
-_MARGIN = 1e-9  # to the friction limits, above this tolerance, relative to the largest preload
+_TOLERANCE = 1e-10  # of the linear programs, the least that HiGHS allows, relative to a preload
 _SAME = 1e-6  # range of a limit that does not depend on the slips, relative to this preload
 
 
-# Largest ratio of successive limits. With it the largest damping is missed by up to 5 %, and by
+# Largest ratio of successive limits. With it the largest damping is up to 5 % too small, and
 # 37 % without limits in between (wedge dampers of tests/rom/contact/test_wedge_damper.py).
 _RATIO = 2.0
 _RANGE = 64.0  # Largest ratio of all limits of a contact, which may be 0.
@@ -57,7 +56,7 @@ def admissible_slips(elements: Elements, moved: Floats) -> list[Floats]:
     rows, slack, limits = _admissible(elements, moved)
     scale = np.maximum(np.abs(rows).max(axis=1), np.finfo(float).tiny)
     left = slack / scale / size
-    left = np.where(left > _MARGIN, left - _MARGIN, left)
+    left = np.where(left > 10.0 * _TOLERANCE, left - 10.0 * _TOLERANCE, left)
     found: list[Floats] = []
     for at_rest, per_slip in limits:
         ends = [
@@ -66,7 +65,7 @@ def admissible_slips(elements: Elements, moved: Floats) -> list[Floats]:
                 rows / scale[:, np.newaxis],
                 left,
                 bounds=(None, None),
-                options={"primal_feasibility_tolerance": _FEASIBLE},
+                options={"primal_feasibility_tolerance": _TOLERANCE},
             )
             for sign in (1.0, -1.0)
         ]

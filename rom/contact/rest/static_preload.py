@@ -114,8 +114,8 @@ def preload(
         Forces that acted before F, in their order. Each replaces the one before.
     bounds : bool, default False
         Return several equilibria of all that friction can hold under F, whatever the history: for
-        each contact that touches, those from its least to its largest friction limit mu N, in
-        steps of at most a factor of 2. Contacts that are open after the history stay open.
+        each contact that touches, those with its least and largest friction limit mu N, and between
+        them limits at a ratio of at most 2. Contacts that are open after the history stay open.
     warned : bool, default True
         Warn of neglected forces at rest. A scene reports them in its plan instead.
 
@@ -150,7 +150,7 @@ def preload(
     unloading and one from a larger force, show how far the damping depends on the history.
 
     With `bounds`, the damping by the laws of all equilibria shows the range for any history. On
-    drawn wedge dampers it contains that of random histories, but for 5 % of the largest damping.
+    random wedge dampers it contains that of random histories, but for 5 % of the largest damping.
 
     If `law` has neither preloads nor gaps, the static force is a factor on all forces of the
     returned law. A model for one static force then serves all others, with this factor as the
