@@ -114,8 +114,8 @@ def preload(
         Forces that acted before F, in their order. Each replaces the one before.
     bounds : bool, default False
         Return several equilibria of all that friction can hold under F, whatever the history: for
-        each contact that touches, those with its least and largest friction limit mu N, and between
-        them limits at a ratio of at most 2. Contacts that are open after the history stay open.
+        each contact that touches, those with its least and largest friction limit mu N, and some
+        with limits between them. Contacts that are open after the history stay open.
     warned : bool, default True
         Warn of neglected forces at rest. A scene reports them in its plan instead.
 
