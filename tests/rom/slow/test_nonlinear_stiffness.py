@@ -84,7 +84,12 @@ def test_backbones_of_stuck_contacts_have_the_frequency_of_a_closed_form(alpha, 
 
 @pytest.mark.oracle
 @pytest.mark.parametrize(
-    "coefficients", [{"ABB": 0.5}, {"AAA": 0.3, "AAB": 0.2, "BBB": 0.4, "AABB": 0.4}]
+    "coefficients",
+    [
+        {"ABB": 0.5},
+        {"AAA": 0.3, "AAB": 0.2, "BBB": 0.4, "AABB": 0.4},
+        pytest.param({"AAB": 0.4}, marks=pytest.mark.slow),
+    ],
 )
 def test_quadratic_terms_of_two_modes_shift_both_frequencies(coefficients):
     """Beside integrated free vibrations of both, whose phases give the frequencies."""

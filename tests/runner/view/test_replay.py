@@ -43,7 +43,10 @@ def test_a_truncated_recording_is_replayed_with_a_warning_in_it(tmp_path):
 
 @pytest.mark.parametrize(
     ("start", "end", "first", "last"),
-    [("7.5", "7.5", 30, 30), ("4000.1", "inf", 16001, COUNT - 1)],
+    [
+        *(("7.5", "7.5", 30, 30), ("4000.1", "inf", 16001, COUNT - 1)),
+        pytest.param("1000", "2000", 4000, 8000, marks=pytest.mark.slow),
+    ],
 )
 def test_a_part_has_the_samples_between_two_times_ends_included(
     whole, tmp_path, start, end, first, last
