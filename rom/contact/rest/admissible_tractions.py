@@ -21,10 +21,9 @@ from slipmode.rom.laws.elements import Elements
 
 # Sides of the polygon within the circle of friction in two directions: mu is up to 2 % less.
 _SIDES = 16
+_TINY = np.finfo(float).tiny
 _TOLERANCE = 1e-10  # of the linear programs, the least that HiGHS allows, relative to a preload
 _SAME = 1e-6  # range of a limit that does not depend on the slips, relative to this preload
-
-
 # Largest ratio of successive limits. With it the largest damping is up to 5 % too small, and
 # 37 % without limits in between (wedge dampers of tests/rom/contact/test_wedge_damper.py).
 _RATIO = 2.0
@@ -45,25 +44,25 @@ def admissible_slips(elements: Elements, moved: Floats) -> list[Floats]:
     Returns
     -------
     list of (slips,) ndarrays
-        [N]. Those of limits that the slips do not change are left out.
+        [N]. None for a contact whose limit does not depend on the slips.
 
     Raises
     ------
     SlipmodeError
         If a linear program has no solution.
     """
-    size = max(float(elements.element["preload"].max()), np.finfo(float).tiny)
+    size = max(float(elements.element["preload"].max()), _TINY)
     rows, slack, limits = _admissible(elements, moved)
-    scale = np.maximum(np.abs(rows).max(axis=1), np.finfo(float).tiny)
-    left = slack / scale / size
-    left = np.where(left > 10.0 * _TOLERANCE, left - 10.0 * _TOLERANCE, left)
+    scale = np.maximum(np.abs(rows).max(axis=1), _TINY)
+    rows, slack = rows / scale[:, np.newaxis], slack / scale / size
+    slack = np.where(slack > 10.0 * _TOLERANCE, slack - 10.0 * _TOLERANCE, slack)
     found: list[Floats] = []
     for at_rest, per_slip in limits:
         ends = [
             scipy.optimize.linprog(
                 sign * per_slip,
-                rows / scale[:, np.newaxis],
-                left,
+                rows,
+                slack,
                 bounds=(None, None),
                 options={"primal_feasibility_tolerance": _TOLERANCE},
             )

@@ -150,7 +150,8 @@ def preload(
     unloading and one from a larger force, show how far the damping depends on the history.
 
     With `bounds`, the damping by the laws of all equilibria shows the range for any history. On
-    random wedge dampers it contains that of random histories, but for 5 % of the largest damping.
+    random wedge dampers, damping after random histories is at most 5 % of the largest damping
+    outside this range.
 
     If `law` has neither preloads nor gaps, the static force is a factor on all forces of the
     returned law. A model for one static force then serves all others, with this factor as the

@@ -50,9 +50,10 @@ double sm_search_residual(const sm_search *s, size_t p) {
         of_memory = fmax(of_memory, fabs(point->change[k]) / scale);
     }
     const double of_harmonics = harmonics_change(s, point);
-    const int known = m->memory > 0;
-    point->residual = fmax(of_response, known ? fmin(of_memory, of_harmonics) : of_harmonics);
-    return known ? fmax(of_response, of_memory) : point->residual;
+    point->residual = fmax(of_response, of_harmonics);
+    if (m->memory == 0) return point->residual;
+    point->residual = fmax(of_response, fmin(of_memory, of_harmonics));
+    return fmax(of_response, of_memory);
 }
 
 void sm_search_store(const sm_search *s, size_t p) {
